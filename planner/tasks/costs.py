@@ -53,7 +53,8 @@ class Costs:
         for left, next_tool in self.tools.changes:
             away, there = self.tools.leaving[tasks[rows]] == left, self.tools.arriving[tasks[columns]] == next_tool
             if away.any() and there.any():
-                layers = [rows[away], *self._changing(left, next_tool), columns[there]]
+                changing = (self.states.of_tasks[task] for task in self.tools.changing(left, next_tool))
+                layers = [rows[away], *changing, columns[there]]
                 found[np.ix_(away, there)] = _shortest([self._direct(a, b) for a, b in itertools.pairwise(layers)])
         if not self.has_end:
             found[:, tasks[columns] == self.end] = 0.0
@@ -61,17 +62,11 @@ class Costs:
 
     def with_changes(self, chosen: np.ndarray) -> np.ndarray:
         """Return states in order with the best states of the changes of the tool between them."""
-        tasks = self.states.tasks
-        found = [chosen[:1]]
-        for a, b in itertools.pairwise(chosen[: None if self.has_end else -1]):
-            tools = int(self.tools.leaving[tasks[a]]), int(self.tools.arriving[tasks[b]])
-            layers = [] if tools[0] == tools[1] else self._changing(*tools)
-            found.append(self.best_states([np.array([a]), *layers, np.array([b])])[0][1:])
-        return np.concatenate(found)
-
-    def _changing(self, left: int, next_tool: int) -> list[np.ndarray]:
-        """Return the states in which one tool is put back and another one taken, if there are both."""
-        return [self.states.of_tasks[task] for task in self.tools.changing(left, next_tool)]
+        chosen = chosen if self.has_end else chosen[:-1]
+        given = iter(chosen.tolist())
+        order = self.tools.with_changes(self.states.tasks[chosen].tolist())
+        of_tasks = self.states.of_tasks
+        return self.best_states([of_tasks[task] if task > self.end else np.array([next(given)]) for task in order])[0]
 
     def _direct(self, rows: np.ndarray, columns: np.ndarray) -> FloatArray:
         """Return the durations (rows, columns), s, without changes of the tool."""
