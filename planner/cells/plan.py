@@ -241,7 +241,8 @@ def _around(
 
 def _again(number: int, robot: CellRobot, own: Plan, problem: PlanningProblem, budget: Budget) -> Plan:
     """Plan a robot's fixed path again, in a changed problem."""
-    fixed = replace(problem, optimise=None, time_budget=None, optimise_iterates=None)  # the path is as it is
+    # The path is as it is.
+    fixed = replace(problem, optimise=None, time_budget=None, optimise_iterates=None, warm_start=None)
     found = _plan(number, robot, fixed, replace(budget, seconds=None))
     return replace(found, detours=own.detours, choices=own.choices, optimisation=own.optimisation)
 

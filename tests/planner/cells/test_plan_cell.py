@@ -130,7 +130,8 @@ def test_a_requested_duration_is_that_of_the_motion_without_waits() -> None:
 
 def test_robots_wait_on_paths_of_optimised_duration() -> None:
     first, second = crossing_plans()
-    optimised = replace(first.problem, optimise="duration", optimise_iterates=3)
+    earlier = planner.plan(first.problem).trajectory
+    optimised = replace(first.problem, optimise="duration", optimise_iterates=3, warm_start=earlier)
     robots = [planner.CellRobot("a", optimised), planner.CellRobot("b", second.problem)]
     cell = planner.plan_cell(robots, margin=MARGIN)
     assert cell.plans[0].trajectory.duration == pytest.approx(cell.unhindered[0] + sum(cell.waits[0]))
