@@ -1,7 +1,8 @@
 import { expect, test } from 'vitest';
 import type { PlanRequest, Waypoint } from '../service/types';
 import { jointWaypoint } from './edits';
-import { inOrder, orderRequest, runsOf } from './order';
+import document from '../service/openapi.json';
+import { inOrder, LEFT_OUT, orderRequest, runsOf } from './order';
 
 const at = (value: number, more: object = {}): Waypoint => ({ ...jointWaypoint([value]), ...more });
 const LINE = { motion: { kind: 'linear' } };
@@ -39,4 +40,10 @@ test('the waypoints follow the order, with their actions', () => {
   expect(values).toEqual([0, 4, 1, 'move', 2, 3, 0]);
   expect(next.actions![0]!.at.waypoint).toBe(3);
   expect(next.duration).toBe(9);
+});
+
+test('all fields are left out that requests of tasks do not have', () => {
+  const { PlanRequest, OrderRequest } = document.components.schemas;
+  const unknown = Object.keys(PlanRequest.properties).filter((name) => !(name in OrderRequest.properties));
+  expect(LEFT_OUT.filter((name) => name !== 'time_budget').toSorted()).toEqual(unknown.toSorted());
 });

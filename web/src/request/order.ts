@@ -3,7 +3,18 @@ import type { OrderRequest, PlanRequest, Waypoint } from '../service/types';
 import { reordered } from './edits';
 
 // The fields of a plan request without a meaning in another order, or without a place in a request of tasks.
-const LEFT_OUT = ['waypoints', 'duration', 'optimise', 'time_budget', 'optimise_iterates', 'actions', 'picture'] as const;
+// The time budget of an optimisation is none for the order.
+export const LEFT_OUT = [
+  'waypoints',
+  'duration',
+  'optimise',
+  'time_budget',
+  'optimise_iterates',
+  'warm_start',
+  'actions',
+  'picture',
+  'repeat',
+] as const;
 
 export interface Runs {
   start: number[];
