@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -54,7 +55,15 @@ def measure(count: int, arms: Sequence[str], seconds: float) -> dict[str, Any]:
         robot = load_robot(arm)
         _ = robot.collision_pairs  # which is not prepared for each problem
         asked = [problem(robot, kind, number, is_upright=True) for kind in KINDS for number in range(count)]
-        records = {name: [solve(robot, one, seconds) for one in asked] for name, solve in solvers.items()}
+        records: dict[str, list[dict[str, Any]]] = {name: [] for name in solvers}
+        for one in asked:
+            for name, solve in solvers.items():
+                records[name].append(solve(robot, one, seconds))
+            taken = (
+                f"{name} {own[-1]['seconds']:.2f} s{'' if own[-1]['found'] else ' (not found)'}"
+                for name, own in records.items()
+            )
+            print(f"{arm}, {one.kind} {one.number}:", ", ".join(taken), file=sys.stderr, flush=True)
         found_by_any = [any(own[k]["found"] for own in records.values()) for k in range(len(asked))]
         figures[arm] = {
             "problems": len(asked),
@@ -149,9 +158,14 @@ def theirs(robot: Robot, asked: Problem, seconds: float) -> dict[str, Any]:
 
 
 def _judged(robot: Robot, asked: Problem, positions: FloatArray) -> dict[str, Any]:
-    """Count the positions (N, joints) of a path that tip the tool; return its length, and whether it touches."""
+    """Count the positions (N, joints) of a path that tip the tool or are beyond the joints' limits.
+
+    Return its length, and whether it touches, too.
+    """
     axis, judge = axis_down(asked.kind), Contacts(robot, asked.scene, true_meshes=False)
+    beyond = (positions < robot.limit("lower") - 1e-6) | (positions > robot.limit("upper") + 1e-6)
     return {
+        "beyond": int(beyond.any(axis=1).sum()),
         "tipped": sum(_tilt(robot, position, axis) > ANGLE + 1e-6 for position in positions),
         "touches": judge.touches_along(positions),
         "length": float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()),
@@ -177,7 +191,7 @@ def _summary(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if found:
         times = [record["seconds"] for record in found]
         figures |= {"p50": float(np.median(times)), "p95": float(np.quantile(times, 0.95))}
-    for name in ("tipped", "touches"):
+    for name in ("tipped", "touches", "beyond"):
         if found and name in found[0]:
             figures[name] = int(sum(record[name] for record in found))
     for name in ("duration", "length"):
