@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Protocol
+from urllib.parse import quote
 
 import orjson
 
@@ -31,7 +32,7 @@ class Refusal(Protocol):
 
 
 def problem_document(error: ServiceError, instance: str) -> tuple[int, bytes]:
-    """Give the HTTP status and the problem document of an error; `instance` is the path of the request."""
+    """Give the HTTP status and the problem document of an error; `instance` is the path of the request, decoded."""
     return write_problem(error, error.message, error.details, instance)
 
 
@@ -43,7 +44,7 @@ def write_problem(error: Refusal, detail: str, fields: Mapping[str, Any], instan
         "title": error.title,
         "status": int(status),
         "detail": detail,
-        "instance": instance,
+        "instance": quote(instance),
         "code": error.code,
         **fields,
     }

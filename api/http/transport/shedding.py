@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import unquote
 
 import structlog
 from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
@@ -140,7 +141,7 @@ class Shedding:
             client = f"key:{key_id}"
         else:
             client = client_of(self._client_address(head, peer))
-        return WholeRequest(found[1].decode("ascii").partition("?")[0], head, client)
+        return WholeRequest(unquote(found[1].decode("ascii").partition("?")[0]), head, client)
 
     def _client_address(self, head: bytes, peer: str) -> str:
         """Return the address of the client, which a trusted proxy names in the head, as uvicorn does for others."""

@@ -67,7 +67,9 @@ def test_a_project_is_saved_listed_opened_and_deleted(client: httpx.Client) -> N
     assert client.delete(saved.headers["Location"]).status_code == 204
     for method in ("GET", "DELETE"):
         gone = client.request(method, saved.headers["Location"])
-        assert (gone.status_code, gone.json()["code"]) == (404, "unknown_project")
+        refusal = gone.json()
+        assert (gone.status_code, refusal["code"]) == (404, "unknown_project")
+        assert refusal["instance"] == saved.headers["Location"]  # a reference, and so escaped (RFC 9457, 3.1.5)
 
 
 def test_projects_are_listed_in_pages_by_name(client: httpx.Client) -> None:
