@@ -125,6 +125,7 @@ def _draw(title: str, solved: Plan, file: Path) -> None:
         tool.plot(time, speeds, color="#0072B2", linewidth=1.2)
         if np.median(speeds) < SLOW * speeds.max():
             tool.set_yscale("log")
+            tool.yaxis.set_major_formatter("{x:g}")
             tool.set_ylim(bottom=max(0.2 * np.median(speeds[speeds > STILL]), STILL))
         tool.set_ylabel("tool (mm/s)")
         tool.tick_params(labelbottom=False)
