@@ -369,8 +369,8 @@ class PlanAnswer(Answer):
     """The chosen options of the goal sets of the request, if there are any, and the reasons against the others."""
     optimisation: OptimisationAnswer | None = None
     """With `optimise`: the durations without and with it."""
-    ride: RideAnswer | None = None
-    """With waypoints `on` a moving object: the times of the ride."""
+    rides: list[RideAnswer] | None = None
+    """With waypoints `on` moving objects: the times of each ride, in order."""
     certificate: CertificateAnswer
     """The checks after planning: the peaks of all quantities and their limits."""
     actions: list[TimedAction] | None = None

@@ -96,7 +96,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
         *map(warning_line, plan.warnings),
         *map(_choice_line, plan.choices),
         *([] if plan.optimisation is None else [_optimisation_line(plan.optimisation)]),
-        *([] if plan.ride is None else [_ride_line(plan.ride)]),
+        *map(_ride_line, plan.rides),
         Text(),
         _waypoint_table(plan),
         Text(),

@@ -43,9 +43,15 @@ def certify_rides(trajectory: Trajectory, problem: PlanningProblem) -> list[Chec
         trajectory: The trajectory to be checked.
         problem: Its problem, with the motions of the ride.
     """
-    riding = [k for k, waypoint in enumerate(problem.waypoints) if isinstance(waypoint.motion, RideMotion)][:-1]
-    if not riding:
-        return []
+    riding = np.array([k for k, waypoint in enumerate(problem.waypoints) if isinstance(waypoint.motion, RideMotion)])
+    rides = np.split(riding, np.flatnonzero(np.diff(riding) > 1) + 1) if len(riding) else []
+    found = [check for ride in rides for check in _certify_ride(trajectory, problem, ride[:-1].tolist())]
+    of_both = ([check for check in found if check.quantity == quantity] for quantity in RIDE_DEVIATIONS)
+    return [max(checks, key=lambda check: check.ratio or 0.0) for checks in of_both if checks]
+
+
+def _certify_ride(trajectory: Trajectory, problem: PlanningProblem, riding: list[int]) -> list[Check]:
+    """Find the largest deviations on one ride, with waypoints of some indices on the object."""
     first = riding[0]
     motion = problem.waypoints[first].motion
     assert isinstance(motion, RideMotion)  # noqa: S101 - chosen so

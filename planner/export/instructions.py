@@ -118,10 +118,10 @@ def instructions(
             is set in motion. Or the plan suppresses residual vibration.
     """
     _refuse_other_makers(plan, maker, language)
-    if plan.ride is not None:
+    if plan.rides:
         raise UnsupportedFormat(
             f"{language} instructions leave the time scaling to the controller, which does not know where "
-            f"{plan.ride.object!r} is. Choose a format that has the time of every point."
+            f"{plan.rides[0].object!r} is. Choose a format that has the time of every point."
         )
     mode = plan.problem.residual_vibration
     if mode is not None and mode.suppress:

@@ -12,7 +12,7 @@ from planner.planning.attempts import Attempt, Budget, Proposals, Refused, run
 from planner.planning.improved import improved
 from planner.planning.option_choice import with_chosen_options
 from planner.planning.remedies import remedies_for
-from planner.planning.rides.search import with_ride
+from planner.planning.rides.in_order import with_earliest_rides
 from planner.plans.result import Plan
 from planner.problems.any_of import goal_sets
 from planner.problems.problem import PlanningProblem
@@ -37,7 +37,7 @@ def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic(), budget: Bud
     """
     attempt = Attempt(problem, as_backend(backend))
     if rides_of(problem):
-        return run(with_ride(attempt), budget)
+        return run(with_earliest_rides(attempt), budget)
     if not goal_sets(problem):
         return run(_attempts(attempt), budget)
     seconds = min(inf if limit is None else limit for limit in (budget.seconds, problem.time_budget))

@@ -77,8 +77,7 @@ class Plan:
         choices: The choice at each goal set of the request. In `problem`, the chosen options replace the goal sets.
         optimisation: The gain of the requested optimisation of the duration. In `problem`, the moved waypoints are at
             their joint positions. None: not requested.
-        ride: The times of the ride on a moving object. In `problem`, joint positions replace its waypoints. None: the
-            request has none.
+        rides: The times of the rides on moving objects. In `problem`, joint positions replace their waypoints.
     """
 
     problem: PlanningProblem
@@ -90,7 +89,7 @@ class Plan:
     detours: tuple[Detour, ...] = ()
     choices: tuple[Choice, ...] = ()
     optimisation: Optimisation | None = None
-    ride: RideReport | None = None
+    rides: tuple[RideReport, ...] = ()
 
     def __repr__(self) -> str:
         """Return robot, back end and duration, in one line."""

@@ -17,7 +17,7 @@ class RideReport:
         end: Time at which the robot rests again, s.
         durations: The times of its parts, s: of getting on, of each motion on the object, and of getting off.
         latest_start: The latest time at which the program may begin, s, on the clock of the objects. A plan was made
-            in which the robot rests so long at its first waypoint. 0: none was found.
+            in which the robot rests so long at its first waypoint. 0: none was found. The same for all rides of a plan.
 
     Examples:
         >>> import planner

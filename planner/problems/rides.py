@@ -109,11 +109,7 @@ def ride_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     things = {} if problem.scene is None else {thing.id: thing for thing in problem.scene.objects}
     for i in on:
         yield from _object_faults(things, object_of(problem.waypoints[i]), ("waypoints", i, "on"))
-    rides = rides_of(problem)
-    for ride in rides[1:]:
-        text = "must be on the object of the waypoint before: the robot rides on one object, once"
-        yield ("waypoints", ride.first, "on"), text
-    for ride in rides[:1]:
+    for ride in rides_of(problem):
         yield from _waypoint_faults(problem, ride)
     yield from _other_faults(problem)
 
@@ -135,6 +131,9 @@ def _object_faults(
 def _waypoint_faults(problem: PlanningProblem, ride: Ride) -> Iterator[tuple[FieldPath, str]]:
     """Find faults of the waypoints of a ride and of its neighbours."""
     waypoints = problem.waypoints
+    if any(take.id == ride.thing.id for waypoint in waypoints[: ride.first] for take in waypoint.attach):
+        text = f"must name an object that still moves by itself: the robot has taken {ride.thing.id!r} before"
+        yield ("waypoints", ride.first, "on"), text
     if ride.first == 0:
         yield ("waypoints", 0, "on"), "must be left out: the robot starts at rest"
     if ride.last == len(waypoints) - 1:
@@ -167,7 +166,7 @@ def _waypoint_faults(problem: PlanningProblem, ride: Ride) -> Iterator[tuple[Fie
         text = "must be left out: the object determines the arrival. Set `earliest_arrival` and `latest_arrival`"
         yield ("waypoints", ride.first, name), text
     for i in (ride.first, ride.last + 1):
-        if i >= len(waypoints):
+        if i >= len(waypoints) or (i > ride.last and object_of(waypoints[i]) is not None):
             continue
         if isinstance(waypoints[i].motion, CartesianMotion):
             where = "to the first waypoint on an object" if i == ride.first else "away from an object"

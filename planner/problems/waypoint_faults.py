@@ -57,7 +57,7 @@ def action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
 def objects_handled_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     """Find objects that the robot cannot take or put down at their waypoint."""
     if problem.scene is not None:
-        riding = {name for waypoint in problem.waypoints if (name := object_of(waypoint)) is not None}
+        riding = [object_of(waypoint) for waypoint in problem.waypoints]
         yield from handling_faults(problem.robot, problem.scene, problem.handling, riding)
         yield from _early_takes(problem, problem.scene)
     for i, (waypoint, done) in enumerate(zip(problem.waypoints, problem.handling, strict=True)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -268,7 +268,7 @@ def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> 
 
 
 def handling_faults(
-    robot: Robot, scene: Scene, handling: Sequence[Handling], riding: Collection[str] = ()
+    robot: Robot, scene: Scene, handling: Sequence[Handling], riding: Sequence[str | None] = ()
 ) -> Iterator[tuple[FieldPath, str]]:
     """Find what cannot be taken or put down at the waypoints of a robot, in their order.
 
@@ -276,7 +276,8 @@ def handling_faults(
         robot: The arm.
         scene: The objects.
         handling: The objects that the robot takes and puts down at each waypoint.
-        riding: Names of objects that the robot moves along with, so that it may take them while they move.
+        riding: Name of the object that the robot moves along with at each waypoint; None: none. It may take that object
+            there.
     """
     shapes = {thing.id: thing.shapes for thing in scene.objects} | {held.id: held.shapes for held in scene.attached}
     endless = {thing.id for thing in scene.objects if thing.motion is not None and thing.motion.stop is None}
@@ -295,7 +296,7 @@ def handling_faults(
                 yield (*field, "id"), f"the robot carries {take.id!r} already"
             elif not all(map(_has_end, shapes[take.id])):
                 yield (*field, "id"), f"{take.id!r} cannot be carried: it is no solid with an end"
-            elif take.id in endless and take.id not in riding:
+            elif take.id in endless and (i >= len(riding) or take.id != riding[i]):
                 text = f"must be an object that stops: {take.id!r} has a `motion` without end"
                 yield (*field, "id"), f"{text}. Take it at a waypoint `on` it"
             if take.link is not None and take.link not in links:

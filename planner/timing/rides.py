@@ -17,9 +17,14 @@ def with_rides(path: JointPath, trajectory: Trajectory) -> Trajectory:
     The rest relative to the object at a waypoint belongs to the segment that begins there. So an object that the robot
     takes there moves with the tool from the arrival on.
     """
-    if not path.rides:
-        return trajectory
-    segments = sorted(path.rides)
+    segments = np.array(sorted(path.rides), dtype=int)
+    for own in np.split(segments, np.flatnonzero(np.diff(segments) > 1) + 1) if len(segments) else ():
+        trajectory = _with_ride(path, trajectory, own.tolist())
+    return trajectory
+
+
+def _with_ride(path: JointPath, trajectory: Trajectory, segments: list[int]) -> Trajectory:
+    """Return a trajectory with one ride on consecutive segments."""
     begin, end = trajectory.departures[segments[0]], trajectory.arrivals[segments[-1] + 1]
     first, last = (int(np.abs(trajectory.breakpoints - at).argmin()) for at in (begin, end))
     curves = [path.rides[k].of_segments(np.full(len(path.rides[k].lengths), k)) for k in segments]

@@ -178,7 +178,7 @@ def test_a_ride_says_when_it_meets_the_part_and_when_to_begin_at_the_latest(page
     answer = page.expect_response("**/v1/trajectories")
     with answer as planned_ride:
         use_request(page, (ROOT / "examples/pick_from_a_running_belt.json").read_text())
-    ride = planned_ride.value.json()["ride"]
+    ride = planned_ride.value.json()["rides"][0]
     said = f"Meets part at {ride['arrival']:.3f} s. The program may begin until {ride['latest_start']:.3f} s."
     expect(page.get_by_role("region", name="Result")).to_contain_text(said)
     expect(page.locator("[data-waypoint='1'] .when")).to_have_text(re.compile(r"^[\d.]+ s$"))

@@ -185,4 +185,4 @@ class RideAnswer(Answer):
     """The times of getting on, of each motion on the object, and of getting off, s."""
     latest_start: float
     """The latest time at which the program may begin, s on the clock of the objects. A plan was made in which the robot
-    rests so long at the first waypoint. 0: none was found."""
+    rests so long at the first waypoint. 0: none was found. The same for all rides of a plan."""

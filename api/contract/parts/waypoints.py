@@ -346,8 +346,9 @@ class PoseWaypoint(WaypointBase):
     on: Name | None = None
     """The id of an object of the `scene` with a `linear` motion; null or omitted: none. The pose is then in the frame
     of the object, and the tool moves along with it. Its dwell is a rest relative to the object, and so is the straight
-    line to a further waypoint on it. The planner finds the earliest time of arrival within the time window of the first
-    one; the answer has it in `ride`. All waypoints on objects follow each other, on one object."""
+    line to a further waypoint on it. Consecutive waypoints on one object are a ride. The planner finds the earliest
+    time of arrival within the time window of its first one; the answer has it in `rides`. A further ride, on this
+    object or another one, begins as early as the robot can be there after the ride before."""
     frame: FrameName | None = None
     """The name of the frame of the pose, and of the `via` or `poses` of the motion to it. It is one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""

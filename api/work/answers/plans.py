@@ -95,8 +95,8 @@ def as_dict(plan: Plan, options: AnswerOptions) -> dict[str, Any]:
         answer["choices"] = list(map(choice_answer, plan.choices))
     if plan.optimisation is not None:
         answer["optimisation"] = _optimisation(plan, plan.optimisation)
-    if plan.ride is not None:
-        answer["ride"] = vars(plan.ride)
+    if plan.rides:
+        answer["rides"] = [vars(ride) for ride in plan.rides]
     if plan.problem.actions:
         answer["actions"] = list(map(_action, plan.actions))
     if "polynomials" in options.include:

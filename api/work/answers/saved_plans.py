@@ -92,7 +92,7 @@ def save_plan(plan: Plan) -> bytes:
             "moved": [(k, _packed(position)) for k, position in plan.optimisation.moved.items()],
             "radii": list(plan.optimisation.radii.items()),
         },
-        "ride": None if plan.ride is None else vars(plan.ride),
+        "rides": [vars(ride) for ride in plan.rides],
         "choices": [vars(choice) | {"options": list(map(vars, choice.options))} for choice in plan.choices],
     }
     packed = ormsgpack.packb(content, option=ormsgpack.OPT_SERIALIZE_NUMPY)
@@ -131,8 +131,9 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
     detours = tuple(_way(*detour) for detour in saved.get("ways", ()))
     choices = tuple(_choice(**choice) for choice in saved.get("choices", ()))
     problem = Expansion.of(problem, {choice.waypoint: choice.option or 0 for choice in choices}).problem
-    ride = _ride(saved.get("ride"))
-    problem = problem if ride is None else with_planned_ride(problem, ride, trajectory)
+    rides = tuple(RideReport(**ride | {"durations": tuple(ride["durations"])}) for ride in saved.get("rides", ()))
+    for ride in rides:
+        problem = with_planned_ride(problem, ride, trajectory)
     optimisation = _optimisation(saved.get("optimisation"))
     problem = with_fixed(problem, {} if optimisation is None else optimisation.moved)
     problem = with_blend_radii(with_detours(problem, detours), dict(saved.get("blend_radii", ())))
@@ -142,17 +143,12 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_g
         pairs = zip(solved.waypoints, path.waypoints, strict=True)
         same = [replace(own, **{name: getattr(other, name) for name in WAYPOINT_FIELDS}) for own, other in pairs]
         path = replace(solved, waypoints=tuple(same))
-    return Plan(problem, backend, path, trajectory, certificate, warnings, detours, choices, optimisation, ride)
+    return Plan(problem, backend, path, trajectory, certificate, warnings, detours, choices, optimisation, rides)
 
 
 def _choice(options: list[dict[str, Any]], **fields: Any) -> Choice:
     """Return a choice as it was saved."""
     return Choice(options=tuple(OptionOutcome(**outcome) for outcome in options), **fields)
-
-
-def _ride(saved: dict[str, Any] | None) -> RideReport | None:
-    """Return the report of a ride as it was saved."""
-    return None if saved is None else RideReport(**saved | {"durations": tuple(saved["durations"])})
 
 
 def _optimisation(saved: dict[str, Any] | None) -> Optimisation | None:

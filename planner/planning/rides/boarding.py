@@ -1,8 +1,8 @@
-"""Rides at given times: the joints follow the tool, and the problem with that ride."""
+"""Rides at given times: the joints follow the tool along with the object."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,22 +14,15 @@ from planner.kinematics.configurations import configurations, in_configuration
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.kinematics.turns import counted_velocity, nearest_turn
 from planner.paths import solved_waypoints
-from planner.plans.ride import RideReport
-from planner.problems.actions import Action, AtWaypoint
-from planner.problems.any_of import ProblemWithOptions
-from planner.problems.motion_around import FixedWaypoint, FreeMotion
+from planner.problems.any_of import requested_paths
 from planner.problems.problem import (
-    AnyWaypoint,
     CartesianMotion,
-    JointMotion,
     LinearMotion,
     PlanningProblem,
     PoseWaypoint,
-    Waypoint,
 )
-from planner.problems.rides import Ride, RideEnd, RideMotion, rides_of, velocity_in_base
-from planner.scene.motions import ConstantVelocity
-from planner.scene.scene import HERE, Scene
+from planner.problems.rides import Ride, velocity_in_base
+from planner.scene.scene import HERE
 from planner.spatial import FloatArray
 from planner.tool_motions.errors import limit_error, lost_error
 from planner.tool_motions.follow import Lost, Track, follow
@@ -37,7 +30,6 @@ from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.ride_paths import RidePath
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.trajectories.polynomials import PiecewisePolynomial, quintics_through
-from planner.trajectories.trajectory import Trajectory
 
 FIRST_DURATION = 0.3
 """The duration of each part of a ride with which the search for the shortest one begins, s."""
@@ -113,11 +105,15 @@ class Boardings:
 
     Args:
         problem: The problem.
-        ride: Its ride.
+        ride: One of its rides; joint positions replace those before.
+
+    Attributes:
+        number: Index in the request of the first waypoint of the ride, for refusals.
     """
 
     def __init__(self, problem: PlanningProblem, ride: Ride) -> None:
         self.problem, self.ride = problem, ride
+        self.number = int(requested_paths(problem)[ride.first][1])
         self.robot, self.base = problem.robots[ride.first], problem.robot.mounting or HERE
         self.velocity = velocity_in_base(ride.thing, self.base)
         self.limits = problem.segment_limits()
@@ -166,7 +162,7 @@ class Boardings:
                 break  # no solution of the inverse kinematics reaches farther than another
         name = f"the motion with {self.ride.thing.id!r}"
         return refusal or UnreachableWaypoint(
-            f"{name} cannot be reached by {self.robot.id} at its start", waypoint=self.ride.first
+            f"{name} cannot be reached by {self.robot.id} at its start", waypoint=self.number
         )
 
     def _fitted(self, time: float, start: FloatArray) -> Boarding | PlanningError:
@@ -193,7 +189,7 @@ class Boardings:
         if fits is None:
             return LimitsUnsatisfiable(
                 f"the motion with {self.ride.thing.id!r} would use {use.worst.max():.4g} times a limit of a joint",
-                segment=self.ride.first - 1 + int(use.worst.argmax()),
+                segment=self.number - 1 + int(use.worst.argmax()),
             )
         if self.slowness == 1.0:
             return fits
@@ -205,7 +201,7 @@ class Boardings:
         path = self.path(time, durations)
         robot, options, name = self.robot, self.problem.inverse_kinematics, f"the motion with {self.ride.thing.id!r}"
         near = inverse_kinematics(robot, path.pose(0.0), options, start)
-        segment, waypoint = self.ride.first - 1, self.ride.first
+        segment, waypoint = self.number - 1, self.number
         if near.status != "solved":
             return UnreachableWaypoint(
                 f"{name} cannot be reached by {robot.id} at its start", segment=segment, waypoint=waypoint
@@ -261,7 +257,7 @@ class Boardings:
         return LimitsUnsatisfiable(
             f"{self.ride.thing.id!r} is too fast: to move along at {speed:.4g} m/s, {name} would move at "
             f"{use.value:.4g}, its limit is {use.limit:.4g}",
-            waypoint=self.ride.first,
+            waypoint=self.number,
             joint=name,
             value=use.value,
             limit=use.limit,
@@ -269,119 +265,14 @@ class Boardings:
 
     def travel_time(self, boarding: Boarding) -> float:
         """Return a lower bound on the time from the start of the trajectory until getting on can begin, s."""
-        waypoints = self.problem.waypoints[: self.ride.first]
-        rests = sum(waypoint.dwell + (waypoint.duration or waypoint.minimum_duration) for waypoint in waypoints)
+        rests = 0.0
+        for waypoint in self.problem.waypoints[: self.ride.first]:
+            arrival = max(rests + (waypoint.duration or waypoint.minimum_duration), waypoint.earliest_arrival)
+            rests = arrival + waypoint.dwell
         speeds = counted_velocity(self.robot.limit("velocity"))
         away = np.abs(boarding.start - self.before)
         limited = np.isfinite(self.robot.limit("velocity"))
         return rests + float((away / speeds)[limited].max(initial=0.0))
-
-    def problem_with(self, boarding: Boarding, later: float = 0.0) -> ProblemWithOptions:
-        """Return the problem with a ride in the place of its waypoints on the object.
-
-        Args:
-            boarding: The ride.
-            later: Time by which the robot rests longer at its first waypoint, s.
-        """
-        problem, ride = self.problem, self.ride
-        taken: float | None = None
-        middle: list[AnyWaypoint] = [self._lead_in(boarding)]
-        knots = boarding.path.knots
-        previous = 0.0
-        for k, waypoint in enumerate(self.waypoints):
-            arrival = knots[2 * k + 1]
-            middle.append(self._on_object(boarding, k, waypoint, previous))
-            if taken is None and any(take.id == ride.thing.id for take in waypoint.attach):
-                taken = boarding.begin + arrival
-            previous = arrival
-        middle.append(self._lead_out(boarding, previous))
-        waypoints = [*problem.waypoints[: ride.first], *middle, *problem.waypoints[ride.last + 1 :]]
-        if later:
-            waypoints[0] = replace(waypoints[0], dwell=waypoints[0].dwell + later)
-        inner = [ride.first, *ride.indices, ride.last + 1]
-        indices = [*range(ride.first), *inner, *range(ride.last + 1, len(problem.waypoints))]
-        given = {field.name: getattr(problem, field.name) for field in fields(PlanningProblem)}
-
-        def moved(action: Action) -> Action:
-            if not isinstance(action.at, AtWaypoint):
-                return action
-            index = action.at.waypoint
-            return replace(action, at=AtWaypoint(index + (index >= ride.first) + (index > ride.last)))
-
-        changed = {
-            "waypoints": tuple(waypoints),
-            "actions": tuple(map(moved, problem.actions)),
-            "scene": self._scene(taken),
-            "paths": tuple(("waypoints", index) for index in indices),
-        }
-        return ProblemWithOptions(**(given | changed))
-
-    def _scene(self, taken: float | None) -> Scene | None:
-        """Return the scene, with the object moving by itself only until it is taken at a time, s."""
-        scene = self.problem.scene
-        if scene is None or taken is None:
-            return scene
-
-        def until(thing: object) -> object:
-            if thing is not self.ride.thing:
-                return thing
-            motion = self.ride.thing.motion
-            assert isinstance(motion, ConstantVelocity)  # noqa: S101 - the check of the problem refuses others
-            return replace(self.ride.thing, motion=replace(motion, end=taken))
-
-        return replace(scene, objects=tuple(map(until, scene.objects)))  # type: ignore[arg-type]
-
-    def _lead_in(self, boarding: Boarding) -> RideEnd:
-        """Return the waypoint where the robot begins to get on."""
-        first = self.waypoints[0]
-        motion = first.motion if isinstance(first.motion, FreeMotion) else JointMotion("as_given")
-        return RideEnd(
-            boarding.start.tolist(),
-            motion=motion,
-            limits=first.limits,
-            tool=first.tool,
-            earliest_arrival=boarding.begin,
-            latest_arrival=boarding.begin,
-        )
-
-    def _lead_out(self, boarding: Boarding, previous: float) -> RideEnd:
-        """Return the waypoint where the robot has got off; `previous` is the last arrival since the start, s."""
-        knots, limits = boarding.path.knots, self.problem.waypoints[self.ride.last + 1].limits
-        position = boarding.curve.evaluate(knots[-1:], [0])[0][0]
-        motion = self._motion(boarding, previous, knots[-1])
-        return RideEnd(position.tolist(), motion=motion, limits=limits, duration=float(boarding.path.lead_out))
-
-    def _on_object(self, boarding: Boarding, k: int, waypoint: PoseWaypoint, previous: float) -> FixedWaypoint:
-        """Return a waypoint on the object at its joint position; `previous` is the arrival before, s."""
-        knots = boarding.path.knots
-        arrival, departure = knots[2 * k + 1], knots[2 * k] if k else knots[0]
-        there = self.ride.thing.pose_at(boarding.time).to_frame(self.base)
-        shift = (arrival - knots[1]) * self.velocity
-        frame = replace(there, position=there.position + shift)
-        requested = replace(waypoint, frame=frame)
-        kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
-        kept |= {
-            "motion": self._motion(boarding, previous, arrival),
-            "duration": float(arrival - departure),
-            "minimum_duration": 0.0,
-            "earliest_arrival": 0.0,
-            "latest_arrival": waypoint.latest_arrival if k else None,
-            "tool": None,
-        }
-        position = boarding.curve.evaluate(np.array([arrival]), [0])[0][0]
-        return FixedWaypoint(position.tolist(), requested=requested, **kept)
-
-    def _motion(self, boarding: Boarding, begin: float, end: float) -> RideMotion:
-        """Return the motion of the ride between times since its start, s."""
-        return RideMotion("as_given", curve=boarding.curve.between(begin, end), thing=self.ride.thing)
-
-
-def with_planned_ride(problem: PlanningProblem, report: RideReport, trajectory: Trajectory) -> ProblemWithOptions:
-    """Return a requested problem with the ride of its plan."""
-    (ride,) = rides_of(problem)
-    boardings, curve = Boardings(problem, ride), trajectory.between(report.begin, report.end)
-    path = boardings.path(report.arrival, np.array(report.durations))
-    return boardings.problem_with(Boarding(report.arrival, path, curve))
 
 
 def _from_rest_to_rest(curve: PiecewisePolynomial) -> PiecewisePolynomial:

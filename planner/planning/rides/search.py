@@ -1,12 +1,15 @@
-"""The plan of a problem with a ride: the earliest time at which the robot can get on, and the latest start."""
+"""The search for one ride: the earliest and the last time at which the robot can get on."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from planner.errors import (
+    ClearanceUnproved,
+    Collision,
     InfeasibleDuration,
     InvalidProblem,
     LimitsUnsatisfiable,
@@ -19,15 +22,13 @@ from planner.errors import (
 )
 from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused, is_unmade
 from planner.planning.improved import improved
+from planner.planning.rides.boarded import until_next_ride, with_boarding
 from planner.planning.rides.boarding import Boarding, Boardings
 from planner.plans.result import Plan
-from planner.plans.ride import RideReport
-from planner.problems.any_of import requested_paths
-from planner.problems.check import check_problem
+from planner.problems.any_of import ProblemWithOptions, requested_paths
 from planner.problems.rides import is_riding, rides_of
 from planner.robots import Robot
 from planner.timing.arrivals import last_stop
-from planner.trajectories.trajectory import PlanWarning
 
 TIMES_TRIED = 48
 """The number of times of arrival, all over the time within reach, between which an interval may be missed."""
@@ -41,17 +42,8 @@ AHEAD = 1e-3
 MOST_SOONER = 12
 """The most attempts that make the time of arrival sooner."""
 
-MOST_LATE = 4
-"""The most attempts at the latest start."""
-
 LAST_KNOWN_TO = 2e-2
 """How well the last time of arrival is found, s."""
-
-EARLIER = 0.04
-"""The share of the time since the earliest arrival by which a late arrival without a plan is made sooner."""
-
-SHARES_OF_SLACK = (1.0, 0.98, 0.9, 0.75)
-"""The shares of its time to spare by which the robot may begin later, where other objects are in the way."""
 
 SLOWER = 1.3
 """The factor on the durations of a ride that breaks a limit which is not compared before, such as that of a torque."""
@@ -60,29 +52,12 @@ SLOWEST = 4.0
 """The largest product of such factors."""
 
 
-_SEARCH_ENDED = PlanWarning(
-    "ride_search_ended",
-    "the search for the earliest arrival and the latest start was ended by its budget: more time may find better ones",
-)
-"""The warning of a plan whose ride may not be the best."""
-
 AT_ALL_TIMES = (InvalidProblem, MissingDynamics, PayloadExceeded, StartInCollision)
 """Refusals that no other time of arrival avoids."""
 
 
-def with_ride(attempt: Attempt) -> Proposals[Plan]:
-    """Plan with the earliest ride found, and find the latest start.
-
-    Raises:
-        PlanningError: No ride has a plan: the reason at the time of arrival that came nearest to one.
-    """
-    check_problem(attempt.problem, attempt.backend)
-    search = _Search(attempt)
-    return (yield from search.run())
-
-
 @dataclass(frozen=True, eq=False)
-class _Found:
+class Found:
     """A plan with a ride.
 
     Attributes:
@@ -96,45 +71,44 @@ class _Found:
     slack: float
 
 
-class _Search:
-    """The search for rides that have a plan."""
+class Search:
+    """The search for the first ride of an attempt that has a plan up to the next ride.
+
+    Attributes:
+        attempt: The attempt. Earlier rides have their times: see `planner.planning.rides.boarded`.
+        boardings: The ride at any time.
+        first: Its first waypoint.
+        refusals: The reasons against times of arrival, s.
+        is_spent: Whether the budget has ended the search.
+    """
 
     def __init__(self, attempt: Attempt) -> None:
         self.attempt, self.problem = attempt, attempt.problem
-        (self.ride,) = rides_of(self.problem)
+        self.ride, *_ = rides_of(self.problem)
         self.boardings = Boardings(self.problem, self.ride)
+        self.number = self.boardings.number
         self.first = self.problem.waypoints[self.ride.first]
         self.refusals: list[tuple[float, PlanningError]] = []
         self.is_spent = False
 
-    def run(self) -> Proposals[Plan]:
-        """Return the plan with the earliest ride, with its report."""
-        times = self._times()
-        found, failed = yield from self._first(times)
+    def earliest(self) -> Proposals[Found]:
+        """Return the earliest ride found that has a plan.
+
+        Raises:
+            PlanningError: None has: the reason at the time of arrival that came nearest to one.
+        """
+        found, failed = yield from self._first(self.times)
         if found is None:
-            raise self._refusal(times)
+            raise self._refusal(self.times)
         found = yield from self._sooner(found, failed)
         latest = self.first.latest_arrival
         if latest is not None and found.boarding.time > latest:
             raise self._late(latest, found)
-        start = yield from self._latest_start(found, times)
-        path, begin = found.boarding.path, found.boarding.begin
-        arrival, end = found.boarding.time, begin + path.duration
-        durations = tuple(map(float, (path.lead_in, *path.moves, path.lead_out)))
-        report = RideReport(
-            waypoint=self.ride.first,
-            object=self.ride.thing.id,
-            begin=float(begin),
-            arrival=float(arrival),
-            end=float(end),
-            durations=durations,
-            latest_start=float(start),
-        )
-        warnings = (_SEARCH_ENDED, *found.plan.warnings) if self.is_spent else found.plan.warnings
-        return replace(found.plan, ride=report, warnings=warnings)
+        return found
 
-    def _times(self) -> np.ndarray:
-        """Return times of arrival (N,), s, from the earliest to the last within reach.
+    @cached_property
+    def times(self) -> np.ndarray:
+        """Times of arrival (N,), s, from the earliest to the last within reach.
 
         Raises:
             UnreachableWaypoint: The pose on the object is never within reach then.
@@ -156,33 +130,29 @@ class _Search:
                 f"{self.ride.thing.id!r} is out of reach of {self.boardings.robot.id} from {earliest:g} s on: the pose "
                 f"of waypoint {{waypoint}} is {nearest_then:.4g} m from its base at {when:.4g} s, and no pose beyond "
                 f"{reach:.4g} m can be reached",
-                waypoint=self.ride.first,
+                waypoint=self.number,
                 value=nearest_then,
                 limit=reach,
             )
         return np.linspace(begin, end, TIMES_TRIED + 1)
 
-    def _attempt(self, boarding: Boarding, later: float = 0.0) -> Proposals[Outcome]:
-        problem = self.boardings.problem_with(boarding, later)
-        outcome = yield from improved(replace(self.attempt, problem=problem))
+    def _attempt(self, boarding: Boarding) -> Proposals[Outcome]:
+        outcome = yield from attempted(self.attempt, until_next_ride(with_boarding(self.boardings, boarding)))
         if isinstance(outcome, Refused):
             self.is_spent = is_unmade(outcome)
-            refusal = outcome.refusal.moved(requested_paths(problem))
-            if isinstance(refusal, AT_ALL_TIMES):
-                raise refusal
             if not self.is_spent:
-                self.refusals.append((boarding.time, refusal))
+                self.refusals.append((boarding.time, outcome.refusal))
         return outcome
 
-    def _found(self, boarding: Boarding, outcome: Planned) -> _Found:
+    def _found(self, boarding: Boarding, outcome: Planned) -> Found:
         problem, trajectory = outcome.plan.problem, outcome.plan.trajectory
-        k = next(i for i in range(len(problem.waypoints)) if is_riding(problem, i))
+        paths = requested_paths(problem)
+        k = next(i for i, path in enumerate(paths) if path[1] == self.number and is_riding(problem, i))
         stop = last_stop(problem, k)
-        requested = requested_paths(problem)[stop][1]
-        dwell = self.problem.waypoints[int(requested)].dwell
-        return _Found(boarding, outcome.plan, float(trajectory.departures[stop] - trajectory.arrivals[stop]) - dwell)
+        dwell = outcome.attempt.problem.waypoints[problem.numbers[stop]].dwell
+        return Found(boarding, outcome.plan, float(trajectory.departures[stop] - trajectory.arrivals[stop]) - dwell)
 
-    def _tried(self, time: float) -> Proposals[_Found | PlanningError]:
+    def tried(self, time: float) -> Proposals[Found | PlanningError]:
         """Try a time of arrival, s, more slowly where limits of torques or of the tool are broken."""
         while True:
             boarding = self.boardings.at(time)
@@ -196,17 +166,11 @@ class _Search:
             if isinstance(outcome, Planned):
                 return self._found(boarding, outcome)
             refusal = outcome.refusal
-            if isinstance(refusal, InfeasibleDuration) and refusal.limit is not None and self._is_at_ride(outcome):
+            if self._is_late(refusal) and refusal.limit is not None:
                 return self._not_there(refusal.limit, boarding)
             if not isinstance(refusal, LimitsUnsatisfiable) or self.boardings.slowness * SLOWER > SLOWEST:
                 return refusal
             self.boardings.slowness *= SLOWER
-
-    def _is_at_ride(self, refused: Refused) -> bool:
-        """Tell whether a late arrival is that where the robot is to get on."""
-        index = refused.refusal.waypoint
-        path = requested_paths(refused.attempt.problem)
-        return index is not None and int(path[index][1]) == self.ride.first
 
     def _not_there(self, soonest: float, boarding: Boarding) -> InfeasibleDuration:
         """Return the refusal of a ride that begins before the soonest time, s, at which the robot can be there."""
@@ -214,19 +178,19 @@ class _Search:
         return InfeasibleDuration(
             f"waypoint {{waypoint}} on {self.ride.thing.id!r} cannot be reached at {boarding.time:.6g} s: within the "
             f"limits and the requested durations, the robot would be there at {arrival:.6g} s",
-            waypoint=self.ride.first,
+            waypoint=self.number,
             value=boarding.time,
             limit=arrival,
         )
 
-    def _first(self, times: np.ndarray) -> Proposals[tuple[_Found | None, float]]:
+    def _first(self, times: np.ndarray) -> Proposals[tuple[Found | None, float]]:
         """Return the first ride with a plan, and the last time of arrival, s, before it that has none."""
         last = float(times[-1])
         time, failed = float(times[0]), float(times[0])
         late, beyond = -np.inf, last  # the robot is too late at one time, and the other may be out of reach
         while time <= last:
-            found = yield from self._tried(time)
-            if isinstance(found, _Found):
+            found = yield from self.tried(time)
+            if isinstance(found, Found):
                 return found, failed
             if self.is_spent:
                 break
@@ -245,17 +209,17 @@ class _Search:
 
     def _is_late(self, refusal: PlanningError) -> bool:
         """Tell whether a ride is refused because it begins before the robot can be there."""
-        return isinstance(refusal, InfeasibleDuration) and refusal.waypoint == self.ride.first
+        return isinstance(refusal, InfeasibleDuration) and refusal.waypoint == self.number
 
-    def _sooner(self, found: _Found, failed: float) -> Proposals[_Found]:
+    def _sooner(self, found: Found, failed: float) -> Proposals[Found]:
         """Make the time of arrival sooner, down to one, s, that has no plan."""
         for _ in range(MOST_SOONER):
             time = found.boarding.time
             if found.slack <= ARRIVAL_KNOWN_TO or time - failed <= ARRIVAL_KNOWN_TO:
                 break
             sooner = max(time - found.slack + AHEAD, (failed + time) / 2.0)
-            tried = yield from self._tried(sooner)
-            if isinstance(tried, _Found):
+            tried = yield from self.tried(sooner)
+            if isinstance(tried, Found):
                 found = tried
             elif self.is_spent:
                 break
@@ -263,39 +227,22 @@ class _Search:
                 failed = sooner
         return found
 
-    def _latest_start(self, found: _Found, times: np.ndarray) -> Proposals[float]:
-        """Return the longest rest at the first waypoint, s, with which a plan was made."""
-        latest = self.first.latest_arrival
-        last = float(times[-1]) if latest is None else min(float(times[-1]), latest)
-        known = 0.0
-        if found.slack > ARRIVAL_KNOWN_TO:
-            known = yield from self._proved_start(found, known)
-        if self.is_spent:
-            return known
-        time = self._last_boarding(found.boarding.time, last)
-        for _ in range(MOST_LATE):
-            self.boardings.slowness = 1.0
-            tried = yield from self._tried(time)
-            if self.is_spent:
+    def not_before(self, time: float) -> Proposals[Found | PlanningError]:
+        """Try a time of arrival, s, and soon after it where the robot cannot be there in time."""
+        tried = yield from self.tried(time)
+        for _ in range(MOST_SOONER):
+            if not isinstance(tried, PlanningError) or not self._is_late(tried) or self.is_spent:
                 break
-            if isinstance(tried, _Found):
-                return (yield from self._proved_start(tried, known))
-            time -= EARLIER * (time - found.boarding.time)
-        return known
-
-    def _proved_start(self, found: _Found, known: float) -> Proposals[float]:
-        """Return a later start with a ride for which a plan was made, s; none such: the one known."""
-        for share in SHARES_OF_SLACK:
-            later = float(np.floor((found.slack - AHEAD) * share / AHEAD) * AHEAD)
-            if later <= known or self.is_spent:
+            time = max((tried.limit or 0.0) + AHEAD, time + AHEAD)
+            if self.first.latest_arrival is not None and time > self.first.latest_arrival:
                 break
-            outcome = yield from self._attempt(found.boarding, later)
-            if isinstance(outcome, Planned):
-                return later
-        return known
+            tried = yield from self.tried(time)
+        return tried
 
-    def _last_boarding(self, first: float, last: float) -> float:
-        """Return the last time of arrival, s, at which there is a ride, from one at which there is."""
+    def last(self, found: Found) -> float:
+        """Return the last time of arrival, s, at which there is a ride; `found` is one."""
+        latest, first = self.first.latest_arrival, found.boarding.time
+        last = float(self.times[-1]) if latest is None else min(float(self.times[-1]), latest)
         if isinstance(self.boardings.at(last), Boarding):
             return last
         while last - first > LAST_KNOWN_TO:
@@ -303,11 +250,11 @@ class _Search:
             first, last = (middle, last) if isinstance(self.boardings.at(middle), Boarding) else (first, middle)
         return first
 
-    def _late(self, latest: float, found: _Found) -> InfeasibleDuration:
+    def _late(self, latest: float, found: Found) -> InfeasibleDuration:
         """Return the refusal of a ride that has to begin too soon, with the time that works."""
         arrival = float(np.ceil(found.boarding.time / AHEAD) * AHEAD)
         remedy = Remedy(
-            ("waypoints", self.ride.first, "latest_arrival"),
+            ("waypoints", self.number, "latest_arrival"),
             arrival,
             "the earliest arrival found on the object",
             found.plan.trajectory.duration,
@@ -315,7 +262,7 @@ class _Search:
         return InfeasibleDuration(
             f"waypoint {{waypoint}} on {self.ride.thing.id!r} cannot be reached by {latest:g} s: the earliest arrival "
             f"found is at {found.boarding.time:.6g} s",
-            waypoint=self.ride.first,
+            waypoint=self.number,
             value=latest,
             limit=found.boarding.time,
             remedies=[remedy],
@@ -324,13 +271,32 @@ class _Search:
     def _refusal(self, times: np.ndarray) -> PlanningError:
         """Return the reason why no time of arrival has a plan."""
         middle = float(times.mean())
+        blocked = [own for own in self.refusals if isinstance(own[1], Collision | ClearanceUnproved)]
         late = [own for own in self.refusals if isinstance(own[1], InfeasibleDuration)]
-        time, refusal = late[-1] if late else min(self.refusals, key=lambda own: float(abs(own[0] - middle)))
+        nearest = sorted(self.refusals, key=lambda own: float(abs(own[0] - middle)))
         within = f"on {self.ride.thing.id!r} from {times[0]:.4g} to {times[-1]:.4g} s"
         known = f"no time of arrival {within} has a plan"
         if self.is_spent:
             known = f"no plan was found for a time of arrival {within} before the budget of attempts ended"
+        if not self.refusals:
+            return InfeasibleDuration(known, waypoint=self.number)
+        time, refusal = (blocked[:1] or late[-1:] or nearest)[0]
         return refusal.with_fields(_text=f"{known}; at {time:.4g} s: {refusal._text}")
+
+
+def attempted(attempt: Attempt, problem: ProblemWithOptions) -> Proposals[Outcome]:
+    """Plan a problem with rides at given times; a refusal names the waypoints as requested.
+
+    Raises:
+        PlanningError: No plan at any other time avoids the reason.
+    """
+    outcome = yield from improved(replace(attempt, problem=problem))
+    if isinstance(outcome, Planned):
+        return outcome
+    refusal = outcome.refusal.moved(requested_paths(problem))
+    if isinstance(refusal, AT_ALL_TIMES):
+        raise refusal
+    return replace(outcome, refusal=refusal)
 
 
 def _reach(robot: Robot) -> float:

@@ -29,7 +29,9 @@ export function Result() {
         <p class={`verdict ${isStale.value || planning.value ? 'stale' : ''}`}>
           <strong>✓ {texts.result.certified(seconds(planned.answer.duration))}</strong>
           <span>{texts.result.certifiedBy(planned.answer.backend, planned.answer.solver, planned.took)}</span>
-          {planned.answer.ride && <span>{meeting(planned.answer.ride)}</span>}
+          {planned.answer.rides?.map((ride) => (
+            <span key={ride.waypoint}>{meeting(ride)}</span>
+          ))}
           {estimate && <span class="estimate">{estimate}</span>}
         </p>
       )}
@@ -63,7 +65,7 @@ export function Result() {
   );
 }
 
-function meeting({ object, arrival, latest_start }: NonNullable<PlanAnswer['ride']>): string {
+function meeting({ object, arrival, latest_start }: NonNullable<PlanAnswer['rides']>[number]): string {
   return texts.result.meets(object, seconds(arrival), latest_start > 0 ? seconds(latest_start) : null);
 }
 

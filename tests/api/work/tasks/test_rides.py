@@ -37,7 +37,7 @@ def pick(
 
 def test_a_part_is_picked_from_a_running_belt(service: RunningService) -> None:
     answer = checked(service.post(PLAN, PICK | {"include": ["tcp_pose"]}), answers.PlanAnswer)
-    ride = answer["ride"]
+    (ride,) = answer["rides"]
     assert (ride["waypoint"], ride["object"]) == (1, "part")
     assert ride["begin"] < ride["arrival"] < ride["end"] < answer["duration"]
     assert ride["latest_start"] > 4.0
@@ -69,7 +69,7 @@ def test_objects_and_poses_are_in_their_frames(service: RunningService) -> None:
         checked(service.post(PLAN, request), answers.PlanAnswer)
         for request in (pick(), pick(part=part, frames={"belt": turned}))
     )
-    assert second["ride"]["arrival"] == pytest.approx(first["ride"]["arrival"]) == 2.5
+    assert second["rides"][0]["arrival"] == pytest.approx(first["rides"][0]["arrival"]) == 2.5
     assert second["waypoints"][2]["pose"]["position"] == pytest.approx(first["waypoints"][2]["pose"]["position"])
 
 
@@ -87,7 +87,7 @@ def test_saved_plans_keep_their_ride() -> None:
     problem = to_planning_problem(request, robot)
     made = plan(problem, backend, Budget(attempts=1))
     loaded = load_plan(save_plan(made), problem, backend)
-    assert loaded.ride == made.ride
+    assert loaded.rides == made.rides
     assert loaded.requested_indices == made.requested_indices
     options = AnswerOptions()
     first, second = (json.dumps(as_dict(each, options), default=np.ndarray.tolist) for each in (made, loaded))

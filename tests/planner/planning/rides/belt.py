@@ -30,17 +30,19 @@ def part(
     return planner.SceneObject("part", [planner.Box([0.06] * 3)], Pose.from_rpy(position, [0, 0, turn]), motion=motion)
 
 
-def on(pose: Pose, **more: Any) -> planner.PoseWaypoint:
-    """Return a waypoint on the part."""
-    return planner.PoseWaypoint(pose, on="part", **more)
+def on(pose: Pose, thing: str = "part", **more: Any) -> planner.PoseWaypoint:
+    """Return a waypoint on a part."""
+    return planner.PoseWaypoint(pose, on=thing, **more)
 
 
-def pick(earliest: float = 0.0, latest: float | None = None, dwell: float = 0.2) -> list[planner.Waypoint]:
-    """Return waypoints that meet the part, take it, and lift it."""
+def pick(
+    earliest: float = 0.0, latest: float | None = None, dwell: float = 0.2, thing: str = "part"
+) -> list[planner.Waypoint]:
+    """Return waypoints that meet a part, take it, and lift it."""
     return [
-        on(ABOVE, earliest_arrival=earliest, latest_arrival=latest),
-        on(GRIP, motion=LINE, dwell=dwell, attach=[planner.Attach("part")]),
-        on(ABOVE, motion=LINE),
+        on(ABOVE, thing, earliest_arrival=earliest, latest_arrival=latest),
+        on(GRIP, thing, motion=LINE, dwell=dwell, attach=[planner.Attach(thing)]),
+        on(ABOVE, thing, motion=LINE),
     ]
 
 
@@ -77,13 +79,13 @@ def seen_from_part(plan: planner.Plan, thing: planner.SceneObject, times: FloatA
 
 def off_part(plan: planner.Plan, thing: planner.SceneObject, count: int = 60) -> tuple[float, float]:
     """Return the largest distance, m, and angle, rad, of the tool from its path on a part, at samples."""
-    requested = waypoints_on_part(plan)
+    requested = waypoints_on_part(plan, thing)
     times, poses = [], []
     for row, (k, pose) in enumerate(requested):
         arrival, departure = plan.trajectory.arrivals[k], plan.trajectory.departures[k]
         times += np.linspace(arrival, departure, count).tolist()
         poses += [(pose, pose)] * count
-        if row + 1 < len(requested):
+        if row + 1 < len(requested) and requested[row + 1][0] == k + 1:
             times += np.linspace(departure, plan.trajectory.arrivals[k + 1], count).tolist()
             poses += [(pose, requested[row + 1][1])] * count
     far, turned = 0.0, 0.0
@@ -96,12 +98,12 @@ def off_part(plan: planner.Plan, thing: planner.SceneObject, count: int = 60) ->
     return far, turned
 
 
-def waypoints_on_part(plan: planner.Plan) -> list[tuple[int, Pose]]:
-    """Return the rows in a plan of the waypoints on the part, and their poses on it."""
+def waypoints_on_part(plan: planner.Plan, thing: planner.SceneObject) -> list[tuple[int, Pose]]:
+    """Return the rows in a plan of the waypoints on a part, and their poses on it."""
     rows = []
     for k, waypoint in enumerate(plan.problem.waypoints):
         requested = getattr(waypoint, "requested", waypoint)
-        if isinstance(requested, planner.PoseWaypoint) and requested.on is not None:
+        if isinstance(requested, planner.PoseWaypoint) and requested.on == thing.id:
             rows.append((k, requested.pose))
     return rows
 

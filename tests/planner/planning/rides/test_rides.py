@@ -11,6 +11,7 @@ import pytest
 import planner
 from planner.certificate.rides import certify_rides
 from planner.planning.attempts import Attempt, Planned
+from planner.planning.rides.boarded import with_boarding
 from planner.planning.rides.boarding import Boarding, Boardings
 from planner.planning.rides.search import ARRIVAL_KNOWN_TO
 from planner.problems.rides import RideMotion, rides_of
@@ -58,8 +59,8 @@ def checks_on_part(plan: planner.Plan) -> list[planner.Check]:
 def test_the_tool_stays_with_the_part_at_dense_samples(name: str) -> None:
     thing, earliest = BELTS[name]
     plan = planner.plan(problem(thing, pick(earliest)), "ruckig", ONCE)
-    assert plan.ride is not None
-    assert plan.ride.arrival == pytest.approx(earliest)
+    (ride,) = plan.rides
+    assert ride.arrival == pytest.approx(earliest)
     position, orientation = checks_on_part(plan)
     far, turned = off_part(plan, thing)
     assert 0.0 < far <= position.peak <= position.limit == 1e-4
@@ -67,7 +68,7 @@ def test_the_tool_stays_with_the_part_at_dense_samples(name: str) -> None:
     assert position.lower is not None
     assert position.lower <= far * 1.05 + 1e-9
     # Before and after, it rests in the world: there it is not on the part.
-    before, after = seen_from_part(plan, thing, np.array([plan.ride.begin, plan.ride.end]))
+    before, after = seen_from_part(plan, thing, np.array([ride.begin, ride.end]))
     assert np.linalg.norm(before.translation - ABOVE.position) > 10.0 * far
     assert np.linalg.norm(after.translation - ABOVE.position) > 10.0 * far
     times = np.linspace(0.0, plan.trajectory.duration, 2000)
@@ -130,12 +131,12 @@ def test_no_time_of_a_scan_has_a_sooner_ride() -> None:
     thing = part()
     given = problem(thing, pick())
     plan = planner.plan(given, "ruckig")
-    assert plan.ride is not None
+    (ride,) = plan.rides
     boardings = Boardings(given, rides_of(given)[0])
-    for time in np.linspace(0.0, plan.ride.arrival - 2.0 * ARRIVAL_KNOWN_TO, 4).tolist():
+    for time in np.linspace(0.0, ride.arrival - 2.0 * ARRIVAL_KNOWN_TO, 4).tolist():
         boarding = boardings.at(time)
         if isinstance(boarding, Boarding):
-            outcome = Attempt(boardings.problem_with(boarding), plan.backend).made()
+            outcome = Attempt(with_boarding(boardings, boarding), plan.backend).made()
             assert not isinstance(outcome, Planned), f"a ride at {time} s is sooner"
 
 
@@ -144,8 +145,8 @@ def test_a_program_may_begin_at_its_latest_start_and_no_later() -> None:
     thing, some = part(), planner.Budget(attempts=12)
     given = problem(thing, pick())
     plan = planner.plan(given, "ruckig")
-    assert plan.ride is not None
-    start = plan.ride.latest_start
+    (ride,) = plan.rides
+    start = ride.latest_start
     assert start > 4.0
 
     def begun_at(time: float) -> planner.Plan:
@@ -153,14 +154,14 @@ def test_a_program_may_begin_at_its_latest_start_and_no_later() -> None:
         return planner.plan(replace(given, waypoints=(first, *given.waypoints[1:])), "ruckig", some)
 
     delayed = begun_at(start)
-    assert delayed.ride is not None
+    (then,) = delayed.rides
     assert off_part(delayed, thing)[0] <= 1e-4
-    assert delayed.ride.arrival > plan.ride.arrival + 4.0
+    assert then.arrival > ride.arrival + 4.0
     with pytest.raises(planner.PlanningError):
         begun_at(start + 0.2)
     # A part that is so much further has a plan, too: the latest start is a time on its clock.
     further = planner.plan(problem(later(thing, start), pick()), "ruckig", some)
-    assert further.ride is not None
+    assert further.rides
 
 
 def test_the_part_moves_with_the_tool_once_it_is_taken() -> None:
@@ -210,8 +211,8 @@ def test_free_motions_lead_to_a_ride_and_away() -> None:
     given = problem(thing, waypoints, wall, place=planner.JointWaypoint(PLACE, motion=planner.FreeMotion()))
     plan = planner.plan(given, "ruckig", ONCE)
     assert off_part(plan, thing)[0] <= 1e-4
-    assert plan.ride is not None
-    assert plan.ride.arrival == pytest.approx(3.0)
+    (ride,) = plan.rides
+    assert ride.arrival == pytest.approx(3.0)
 
 
 def test_a_ride_of_one_touch_is_checked_saved_and_loaded(tmp_path: Any) -> None:
@@ -219,7 +220,7 @@ def test_a_ride_of_one_touch_is_checked_saved_and_loaded(tmp_path: Any) -> None:
     plan = planner.plan(problem(thing, [on(ABOVE, earliest_arrival=2.5)]), "ruckig", ONCE)
     plan.save(tmp_path / "ride.plan")
     loaded = planner.load(tmp_path / "ride.plan")
-    assert loaded.ride == plan.ride
+    assert loaded.rides == plan.rides
     assert (loaded.trajectory.coefficients == plan.trajectory.coefficients).all()
     assert "object_position_deviation" in planner.write_proof(plan)["statement"]["not_covered"]
     late = with_wait(plan.trajectory, 0, 2e-3)  # 0.4 mm on the belt
@@ -260,7 +261,7 @@ def test_a_deadline_that_has_passed_is_refused_with_the_arrival_that_works() -> 
     (remedy,) = soon.remedies
     assert remedy.field == ("waypoints", 1, "latest_arrival")
     later_one = [on(ABOVE, latest_arrival=remedy.value)]
-    assert planner.plan(problem(part(), later_one), "ruckig").ride is not None
+    assert planner.plan(problem(part(), later_one), "ruckig").rides
 
 
 def test_a_start_in_collision_and_a_spent_budget_are_told() -> None:
@@ -278,11 +279,11 @@ def test_a_start_in_collision_and_a_spent_budget_are_told() -> None:
 @pytest.mark.large_only
 def test_a_plan_whose_search_was_ended_says_so() -> None:
     whole, ended = (planner.plan(problem(part(), pick()), "ruckig", planner.Budget(attempts=k)) for k in (100, 3))
-    assert whole.ride is not None and ended.ride is not None
+    (best,), (first,) = whole.rides, ended.rides
     said = ["ride_search_ended" in [warning.code for warning in plan.warnings] for plan in (whole, ended)]
     assert said == [False, True]
-    assert ended.ride.arrival >= whole.ride.arrival
-    assert ended.ride.latest_start <= whole.ride.latest_start
+    assert first.arrival >= best.arrival
+    assert first.latest_start <= best.latest_start
 
 
 def test_configurations_hold_all_along_a_ride() -> None:
@@ -306,7 +307,12 @@ POSE = planner.PoseWaypoint(Pose([-0.5, -0.2, 0.4], DOWN))
         ([planner.PoseWaypoint(ABOVE, on="nothing")], ("waypoints", 1, "on"), "must name an object of the scene"),
         ([planner.PoseWaypoint(ABOVE, on="table")], ("waypoints", 1, "on"), "stands still"),
         ([planner.PoseWaypoint(ABOVE, on="door")], ("waypoints", 1, "on"), "constant velocity"),
-        ([on(ABOVE), POSE, on(ABOVE)], ("waypoints", 3, "on"), "once"),
+        ([on(ABOVE, attach=[planner.Attach("part")]), POSE, on(ABOVE)], ("waypoints", 3, "on"), "has taken"),
+        (
+            [on(ABOVE), replace(POSE, attach=[planner.Attach("part")])],
+            ("waypoints", 2, "attach", 0, "id"),
+            "without end",
+        ),
         ([on(Pose([0.0, 0.0, 0.1]))], ("waypoints", 1, "pose"), "orientation"),
         ([on(ABOVE, free="rotation_z")], ("waypoints", 1, "free"), "on an object"),
         ([on(ABOVE, frame=Pose([0.0, 0.0, 0.1]))], ("waypoints", 1, "frame"), "on an object"),
