@@ -152,8 +152,8 @@ class Changes(Schema):
     Omitted: the other robot's."""
     named_positions: Annotated[dict[FrameName, JointVector], Field(max_length=64)] = Field(default_factory=dict)
     """Joint positions by name, one value for each joint that is not locked, rad or m, in the order of `joint_names`:
-    axes of the `positioner` in reverse, `external_axes`, arm. The other robot's named positions stay, with the axes
-    of both at 0, or at the limit nearest to it."""
+    axes of the `positioner` in reverse, `external_axes`, arm. With a `fixed_tool` the arm is in reverse. The other
+    robot's named positions stay, with the axes of both at 0, or at the limit nearest to it."""
     external_axes: Annotated[list[ExternalAxis], Field(max_length=8)] = Field(default_factory=list)
     """Axes in front of the arm that carry its base, from the ground on: a rail, a gantry, a turntable. They are the
     first joints of the robot. Its base frame is the frame in which the first axis stands. Poses are in it, and its z
@@ -168,8 +168,13 @@ class Changes(Schema):
     frame. They are the first joints of the robot, in reverse. Its base frame is the moving workpiece: poses refer to
     it, and speeds of the tool are relative to it. `mass` and so on of the last axis include the workpiece."""
     workpiece: Pose | None = Field(default=None, exclude_if=lambda pose: pose is None)
-    """The pose of the workpiece in the link that the last axis of the `positioner` moves (m); omitted: the same
-    frame."""
+    """The pose of the workpiece in the link that the last axis of the `positioner` moves (m). With a `fixed_tool` it is
+    in the other robot's tip frame. Omitted: the same frame."""
+    fixed_tool: Pose | None = Field(default=None, exclude_if=lambda pose: pose is None)
+    """The pose in the other robot's base frame (m) of a tool that stands in the cell: a grinding belt, a glue nozzle.
+    The arm holds the workpiece. Its joints are in reverse order, from the workpiece on. Its base frame is the moving
+    workpiece: poses refer to it, and speeds of the tool are relative to it. A `tool` of a request is in the frame
+    `positioner_base`, in which arm and tool stand. Payloads are in the other robot's tip frame."""
     payload_table: PayloadTable | None = Field(default=None, exclude_if=lambda table: table is None)
     """Factors on the acceleration and jerk limits by the payload mass; omitted: the other robot's, which they
     must nowhere exceed."""
@@ -307,8 +312,9 @@ class RobotDescription(RobotSummary):
     external_axes: list[str]
     """The names of the first joints, which are not the arm's own; none: all are the arm's."""
     positioner: list[str] = Field(default_factory=list, exclude_if=lambda names: not names)
-    """The names of the first `external_axes` that carry the workpiece, from the workpiece on. The base frame moves with
-    it then, and the frame `positioner_base` stands still. Omitted: the base frame stands still."""
+    """The names of the first joints, which carry the workpiece, from the workpiece on. They are `external_axes`, or all
+    joints of an arm with a `fixed_tool`. The base frame moves with the workpiece then, and the frame `positioner_base`
+    stands still. Omitted: the base frame stands still."""
     named_positions: dict[str, list[float]]
     """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
     geometry: list[Any] = Field(

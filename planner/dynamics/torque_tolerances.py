@@ -120,7 +120,9 @@ def torque_tolerances(robot: Robot) -> TorqueTolerances | None:
     friction, errors = robot.friction_tolerance, robot.following_errors
     if not robot.has_dynamics or (friction is None and errors is None and not robot.uncertain_payloads):
         return None
-    tip, arm = robot.model.frames[robot.tip_frame_id], robot.chain.links
+    tip, arm = robot.model.frames[robot.payload_frame_id], robot.chain.links
+    # A joint of a positioner has the link before it in its row.
+    row_of_tip = tip.parentJoint - (tip.parentJoint >= len(robot.positioner))
     massless, free_fall = arm.copy(), robot.chain.load.copy()
     free_fall[3:-1] = NO_FORCE
     massless[:, INERTIAS] = massless[:, DRIVES] = 0.0
@@ -131,10 +133,10 @@ def torque_tolerances(robot: Robot) -> TorqueTolerances | None:
         for factor, mass, center, inertia in generator:
             links, rotation = massless.copy(), tip.placement.rotation
             turned = (rotation @ inertia @ rotation.T).ravel()
-            links[tip.parentJoint - 1, INERTIAS] = [mass, *tip.placement.act(center), *turned]
+            links[row_of_tip, INERTIAS] = [mass, *tip.placement.act(center), *turned]
             row.append((factor, links, free_fall))
         generators.append(row)
-        bodies.append(_inertial_magnitudes([(factor, links[tip.parentJoint - 1]) for factor, links, _ in row]))
+        bodies.append(_inertial_magnitudes([(factor, links[row_of_tip]) for factor, links, _ in row]))
     for joint, error in enumerate([] if errors is None else errors.tolist()):
         sides = [(0.5, error), (-0.5, -error)] if error else []
         generators.append([(factor, _shifted(arm, joint, shift), robot.chain.load) for factor, shift in sides])
@@ -153,7 +155,7 @@ def torque_tolerances(robot: Robot) -> TorqueTolerances | None:
     if errors is not None:
         # Free fall counts by a quarter: so much more.
         at_tip = HIGHER_ORDERS / OF_DEGREE_1 * errors.sum() * np.sum([np.zeros(3), *bodies], axis=0)
-        magnitudes = _magnitudes(robot, errors, at_tip, tip.parentJoint - 1)
+        magnitudes = _magnitudes(robot, errors, at_tip, row_of_tip)
     links, loads = np.array([links for _, links, _ in chains]), np.array([load for _, _, load in chains])
     return TorqueTolerances(links, weights, loads, friction, magnitudes)
 

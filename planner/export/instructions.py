@@ -100,7 +100,7 @@ def _refuse_other_makers(plan: Plan, maker: str, language: str) -> None:
 
 
 def instructions(
-    plan: Plan, maker: str, language: str, period: float
+    plan: Plan, maker: str, language: str, period: float, *, has_fixed_tools: bool = False
 ) -> tuple[list[float | SetOutput], list[Instruction]]:
     """Turn a certified plan into the rest at its start and one instruction for each motion.
 
@@ -112,12 +112,18 @@ def instructions(
         maker: The maker whose arms the language moves.
         language: The name of the language, for the refusal.
         period: A sample period that programs take, s.
+        has_fixed_tools: Whether the language moves a workpiece that the arm holds under a fixed tool.
 
     Raises:
         UnsupportedFormat: The arm is another or of another maker, the trajectory begins or ends in motion, or an output
-            is set in motion. Or the plan suppresses residual vibration.
+            is set in motion. Or the plan suppresses residual vibration, or the tool is fixed.
     """
     _refuse_other_makers(plan, maker, language)
+    if plan.path.robot.holds_workpiece and not has_fixed_tools:
+        raise UnsupportedFormat(
+            f"{language} instructions move tools that the arm holds; {plan.path.robot.id} holds the workpiece under a "
+            "fixed tool. Choose a format that has the time of every point."
+        )
     if plan.rides:
         raise UnsupportedFormat(
             f"{language} instructions leave the time scaling to the controller, which does not know where "

@@ -144,20 +144,22 @@ def repeated(plan: Plan, options: ExportOptions, loop: Loop, lines: Iterable[str
 def axes_first(robot: Robot, positions: FloatArray) -> FloatArray:
     """Return positions (N, joints) in degrees and millimetres: first the axes of the arm, then the external ones."""
     units = np.where(robot.is_angle, np.degrees(1.0), MILLIMETRES)
-    found: FloatArray = (positions * units)[:, _order(robot)]
+    found: FloatArray = (positions * units)[:, program_order(robot)]
     return found
 
 
-def _order(robot: Robot) -> list[int]:
-    """Return the joints in the order of programs: arm, axes in front of it, positioner from its foot on."""
+def program_order(robot: Robot) -> list[int]:
+    """Return the joints in the order of programs: arm, axes in front of it, positioner, each from its foot on."""
     numbers, carrying = list(range(robot.dof)), len(robot.positioner)
+    if robot.holds_workpiece:
+        return numbers[::-1]
     external = len(robot.external_axes)
     return [*numbers[external:], *numbers[carrying:external], *reversed(numbers[:carrying])]
 
 
 def units_of(robot: Robot) -> list[str]:
     """Return the units of the external axes in programs: `deg` or `mm`."""
-    external = _order(robot)[robot.dof - len(robot.external_axes) :]
+    external = program_order(robot)[robot.dof - len(robot.external_axes) :]
     return ["deg" if is_angle else "mm" for is_angle in robot.is_angle[external]]
 
 

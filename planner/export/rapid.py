@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from math import degrees, floor
 
 import numpy as np
@@ -150,17 +150,19 @@ POINT_ZONE = "z10"
 def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a module with one instruction for each waypoint, which the controller plans for itself.
 
-    Axes are in degrees, poses in mm with quaternions, in the frame of the robot's base, which is the work object.
+    Axes are in degrees, poses in mm with quaternions, in the frame of the work object. That is the robot's base, or the
+    workpiece that the robot holds under a stationary tool.
 
     Raises:
         UnsupportedFormat: The plan sets an output in motion or one with another name, or does not begin and end at
             rest. Or the arm is of another maker, or does not have six revolute joints.
     """
-    before, found = instructions(plan, "ABB", "RAPID", options.sample_period)
+    before, found = instructions(plan, "ABB", "RAPID", options.sample_period, has_fixed_tools=True)
     robot = plan.path.robot
     tools = [_pose(each.tool_in_tip) for each in plan.problem.robots]
     names = {tool: f"planned_tool_{number}" for number, tool in enumerate(dict.fromkeys(tools), 1)}
-    statements = [*rest(before), *_instructions(found, [names[tool] for tool in tools])]
+    frames = ("planned_part", "planned_part") if robot.holds_workpiece else ("", "planned_base")
+    statements = [*rest(before), *_instructions(found, [names[tool] for tool in tools], frames)]
     has_points = any(each.kind == "points" for each in found)
     lines = [
         "MODULE PlannedTrajectory",
@@ -170,10 +172,7 @@ def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
         "  ! rax_1 to rax_6 are the joints of the model in degrees: its zeros and signs have to be the robot's,",
         "  ! and its third joint that of the upper arm",
         *(["  ! joint points stand for curves that RAPID does not have"] if has_points else []),
-        f"  ! tools are in the frame {on_one_line(robot.tip_frame)}, which has to be tool0; enter their loads",
-        *(f"  PERS tooldata {name}:=[TRUE,{tool},{NO_LOAD}];" for tool, name in names.items()),
-        "  ! the base of the model in the world",
-        f'  PERS wobjdata planned_base:=[FALSE,TRUE,"",{IDENTITY},{IDENTITY}];',
+        *(_held_part(robot, names) if robot.holds_workpiece else _held_tools(robot, names)),
         "  PROC planned_trajectory()",
         *halt_away_from_start(robot, axes_first(robot, plan.path.positions[:1])[0]),
         r"    ConfL\Off;",
@@ -184,34 +183,58 @@ def render_instructions(plan: Plan, options: ExportOptions) -> bytes:
     return ("\r\n".join(lines) + "\r\n").encode()
 
 
-def _instructions(found: list[Instruction], tools: list[str]) -> Iterator[str]:
-    """Write each motion; `tools` are the names of the tools at the waypoints of the plan."""
+def _held_tools(robot: Robot, names: Mapping[str, str]) -> Iterator[str]:
+    """Write the data of tools, their names by their poses, and of the base as the work object."""
+    yield f"  ! tools are in the frame {on_one_line(robot.tip_frame)}, which has to be tool0; enter their loads"
+    yield from (f"  PERS tooldata {name}:=[TRUE,{tool},{NO_LOAD}];" for tool, name in names.items())
+    yield "  ! the base of the model in the world"
+    yield f'  PERS wobjdata planned_base:=[FALSE,TRUE,"",{IDENTITY},{IDENTITY}];'
+
+
+def _held_part(robot: Robot, names: Mapping[str, str]) -> Iterator[str]:
+    """Write the data of stationary tools, their names by their poses, and of the workpiece that the robot holds."""
+    yield "  ! stationary tools are in the base of the model, which has to be the world; enter the loads of the gripper"
+    yield from (f"  PERS tooldata {name}:=[FALSE,{tool},{NO_LOAD}];" for tool, name in names.items())
+    flange = robot.model.frames[robot.payload_frame_id]
+    yield f"  ! the workpiece in the frame {on_one_line(flange.name)}, which has to be tool0"
+    yield f'  PERS wobjdata planned_part:=[TRUE,TRUE,"",{_pose(flange.placement.inverse())},{IDENTITY}];'
+
+
+def _instructions(found: list[Instruction], tools: list[str], frames: tuple[str, str]) -> Iterator[str]:
+    """Write each motion.
+
+    Args:
+        found: The motions.
+        tools: The names of the tools at the waypoints of the plan.
+        frames: The work objects of motions of the joints, if any, and of motions of the tool.
+    """
+    of_joints, of_tool = (rf"\WObj:={frame}" if frame else "" for frame in frames)
     in_force: list[str] = []
     for each in found:
         settings = _accelerations(each)
         yield from (line for line in settings if line not in in_force)
         in_force = settings
         yield f"! waypoint {each.waypoint}"
-        yield from _motion(each, tools[each.segment + 1])
+        yield from _motion(each, tools[each.segment + 1], of_joints, of_tool)
         yield from rest(each.rest)
 
 
-def _motion(each: Instruction, tool: str) -> Iterator[str]:
+def _motion(each: Instruction, tool: str, of_joints: str, of_tool: str) -> Iterator[str]:
     speeds = each.speeds
     speed = f"[{rounded_down(speeds.linear * MILLIMETRES, 1)},{rounded_down(degrees(speeds.angular), 1)},5000,1000]"
     ending = f"{speed},{_zone(each)},{tool}"
     match each.kind:
         case "points":
             *first, last = map(target, each.position)
-            yield from (f"MoveAbsJ {position},{speed},{POINT_ZONE},{tool};" for position in first)
-            yield f"MoveAbsJ {last},{speed},{POINT_ZONE if each.is_passed else 'fine'},{tool};"
+            yield from (f"MoveAbsJ {position},{speed},{POINT_ZONE},{tool}{of_joints};" for position in first)
+            yield f"MoveAbsJ {last},{speed},{POINT_ZONE if each.is_passed else 'fine'},{tool}{of_joints};"
         case "joint":
-            yield f"MoveAbsJ {target(each.position[0])},{ending};"
+            yield f"MoveAbsJ {target(each.position[0])},{ending}{of_joints};"
         case "line":
-            yield rf"MoveL {_robtarget(each.poses[0])},{ending}\WObj:=planned_base;"
+            yield f"MoveL {_robtarget(each.poses[0])},{ending}{of_tool};"
         case "circle":
             via, end = map(_robtarget, each.poses)
-            yield rf"MoveC {via},{end},{ending}\WObj:=planned_base;"
+            yield f"MoveC {via},{end},{ending}{of_tool};"
 
 
 def _accelerations(each: Instruction) -> list[str]:

@@ -10,7 +10,18 @@ import numpy as np
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
 from planner.export.instructions import Instruction, instructions
-from planner.export.programs import APPROACH, AT_START, JOINTS, Loop, name_of, origin, repeated, rounded_down, stops
+from planner.export.programs import (
+    APPROACH,
+    AT_START,
+    JOINTS,
+    Loop,
+    name_of,
+    origin,
+    program_order,
+    repeated,
+    rounded_down,
+    stops,
+)
 from planner.kinematics import FloatArray
 from planner.kinematics.forward import tool_pose, tool_poses
 from planner.plans.result import Plan
@@ -43,7 +54,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         raise UnsupportedFormat(f"URScript moves arms of {JOINTS} joints that turn, which {robot.id} is not")
     stops(plan, "URScript")
     samples = plan.samples(options.sample_period, options.include)
-    positions, periods = list(map(joints, samples.position)), (samples.time[1:] - samples.time[:-1]).tolist()
+    in_order = samples.position[:, program_order(robot)]
+    positions, periods = list(map(joints, in_order)), (samples.time[1:] - samples.time[:-1]).tolist()
     outputs: dict[int, list[str]] = {}
     for timed in plan.actions:
         if isinstance(timed.action, SetOutput):
@@ -62,7 +74,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         f"# The controller runs behind them by up to {LOOKAHEAD} s; outputs are set with the nearest point;",
         "# velocities and torques are not carried.",
         "def planned_trajectory():",
-        *halt_away_from_start(samples.position[0]),
+        *halt_away_from_start(in_order[0]),
         *repeated(plan, options, LOOP, [*outputs.get(0, ()), *motions]),
         "  stopj(2.0)",
         "end",

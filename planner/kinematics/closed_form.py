@@ -58,6 +58,28 @@ def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
         screws: The arm.
         point: (3,) of the tip frame, where its position alone counts; None: the tip's pose.
     """
+    form = _form(screws, point)
+    if form is not None or point is not None:
+        return form
+    back = _form(screws.reversed(), None)
+    return None if back is None else FromTheTip(back)
+
+
+class FromTheTip:
+    """An arm whose form is that of the same arm from its tip to its base: it holds the workpiece under a fixed tool."""
+
+    def __init__(self, form: ClosedForm) -> None:
+        self.form = form
+
+    def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
+        """Find up to eight candidates."""
+        assert rotations is not None  # noqa: S101 - six joints are asked for poses
+        turned = rotations.transpose(0, 2, 1)
+        return self.form(-(turned @ positions[..., None])[..., 0], turned)[..., ::-1]
+
+
+def _form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
+    """Return the form of the arm from its base to its tip, see `closed_form`."""
     joints = len(screws.axes)
     forms: list[ClosedForm] = []
     if point is None and joints == 6 and screws.is_angle[3:].all():

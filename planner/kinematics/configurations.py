@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from planner.kinematics.screws import Screws, meeting_point, screws_of
 from planner.last_used import LastUsed
 from planner.robots import Robot
+from planner.robots.derived.standing import foot_at_zero
 from planner.spatial import FloatArray
 from planner.tolerances import SAME_SOLUTION
 
@@ -136,7 +137,7 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
     """
     q = np.asarray(positions, dtype=np.float64).reshape(-1, robot.dof)
     named: list[Configuration] = []
-    for row in _parts_of(robot).sides(q[:, len(robot.external_axes) :]).tolist():
+    for row in _parts_of(robot).sides(_of_arm(robot, q)).tolist():
         names = [POSITIVE_NAMES[i] if side > 0.0 else BEHIND[i] if side < 0.0 else None for i, side in enumerate(row)]
         named.append(Configuration(*names))  # type: ignore[arg-type] # the names stand in the order of the fields
     return named
@@ -144,7 +145,7 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
 
 def named_parts(robot: Robot) -> tuple[str, ...]:
     """Return the parts, of shoulder, elbow and wrist, that distinguish the configurations of a robot."""
-    sides = _parts_of(robot).sides(robot.middle[None, len(robot.external_axes) :])[0].tolist()
+    sides = _parts_of(robot).sides(_of_arm(robot, robot.middle[None]))[0].tolist()
     return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
 
 
@@ -156,13 +157,13 @@ def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray
     solutions are further from each other than that.
 
     Args:
-        robot: The robot; of one without all three names, or with external axes, nothing is known.
+        robot: The robot; of one without all three names, with external axes or a fixed tool, nothing is known.
         position: (joints,), rad.
         velocity: (joints,), rad/s, that times are measured by: the norm of the joints' times counts.
         time: The longest, s.
     """
     parts = _parts_of(robot)
-    if parts.links is None or parts.straight is None or robot.external_axes:
+    if parts.links is None or parts.straight is None or robot.external_axes or robot.holds_workpiece:
         return False
     wrist = _off_half_turns(float(position[WRIST]) - parts.straight)
     return wrist > SHIFT + time * float(velocity[WRIST]) and parts.links.keep(position, velocity, time)
@@ -171,9 +172,10 @@ def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray
 def straight_wrist(robot: Robot) -> float | None:
     """Return the position, rad, of joint `WRIST` with a singular wrist; None: it has no such wrist.
 
-    Half turns from there it is singular, too. With external axes the joint is another one, and the answer is None.
+    Half turns from there it is singular, too. With external axes or a fixed tool the joint is another one, and the
+    answer is None.
     """
-    return None if robot.external_axes else _parts_of(robot).straight
+    return None if robot.external_axes or robot.holds_workpiece else _parts_of(robot).straight
 
 
 def in_configuration(robot: Robot, solutions: Iterable[FloatArray], wanted: Configuration) -> tuple[FloatArray, ...]:
@@ -334,7 +336,18 @@ def _parts_of(robot: Robot) -> _Parts:
     point = robot.tool_in_tip.translation if robot.dof - carried == POINT_JOINTS else None
     gravity = robot.model.gravity.linear
     key = robot.kinematic_content, carried, gravity.tobytes(), None if point is None else point.tobytes()
-    return _known.get(key, lambda: _read_parts(screws_of(robot).without_first(carried), point, -gravity))
+
+    def read() -> _Parts:
+        if robot.holds_workpiece:
+            return _read_parts(screws_of(robot).reversed(), None, -foot_at_zero(robot).rotation.T @ gravity)
+        return _read_parts(screws_of(robot).without_first(carried), point, -gravity)
+
+    return _known.get(key, read)
+
+
+def _of_arm(robot: Robot, positions: FloatArray) -> FloatArray:
+    """Return the positions (N, joints) of the joints of the arm, from its base on."""
+    return positions[:, ::-1] if robot.holds_workpiece else positions[:, len(robot.external_axes) :]
 
 
 def _read_parts(screws: Screws, point: FloatArray | None, up: FloatArray) -> _Parts:

@@ -71,6 +71,13 @@ class Screws:
         lengths = np.linalg.norm(self.frames[1:, 9:12], axis=1) + np.append(slides[1:], 0.0)
         return np.cumsum(lengths[::-1])[::-1]
 
+    def reversed(self) -> Screws:
+        """Return the same arm from its tip to its base: T(q)^-1 = exp(S'n qn) ... exp(S'1 q1) T(0)^-1."""
+        back, axes = self.rotation.T, -self.axes[::-1] @ self.rotation
+        points = (self.points[::-1] - self.position) @ self.rotation
+        points = np.where(self.is_angle[::-1, None], points - (points * axes).sum(axis=1, keepdims=True) * axes, 0.0)
+        return Screws(axes, points, self.is_angle[::-1], -back @ self.position, back)
+
     def without_first(self, count: int) -> Screws:
         """Return the same arm with so many of its first joints held at 0."""
         return Screws(self.axes[count:], self.points[count:], self.is_angle[count:], self.position, self.rotation)

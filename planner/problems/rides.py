@@ -103,7 +103,7 @@ def ride_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     if not on:
         return
     if problem.robot.positioner:
-        text = "must be left out: the robot's base frame is the workpiece on its positioner, which moves, too"
+        text = "must be left out: the robot's base frame is its workpiece, which moves, too"
         yield from ((("waypoints", i, "on"), text) for i in on)
         return
     things = {} if problem.scene is None else {thing.id: thing for thing in problem.scene.objects}

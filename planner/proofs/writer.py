@@ -66,7 +66,7 @@ def write_proof(plan: Plan) -> dict[str, Any]:
         True
     """
     if plan.path.robot.positioner:
-        text = "must have no positioner: proofs state only the motions of arms whose base frame stands still"
+        text = "must have no workpiece that moves: proofs state only the motions of arms whose base frame stands still"
         raise InvalidProblem([(("robot",), text)])
     follows = plan.path.robot.following_errors is not None
     content = _written(plan, follows=follows)

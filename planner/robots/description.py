@@ -181,6 +181,7 @@ class RobotDescription:
     visuals: VisualGeometry | None = None
     external_axes: tuple[str, ...] = ()
     positioner: tuple[str, ...] = ()
+    payload_frame: str | None = None
     rated_payload: float | None = None
     rated_payload_source: str | None = None
     payload_mass: float = 0.0
@@ -190,6 +191,11 @@ class RobotDescription:
     notes: tuple[str, ...] = ()
     followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def holds_workpiece(self) -> bool:
+        """Whether the arm holds the workpiece under a fixed tool: all of its joints carry the workpiece."""
+        return bool(self.positioner) and not self.external_axes
 
     @cached_property
     def is_angle(self) -> np.ndarray:

@@ -19,6 +19,7 @@ from planner.robots.collision.mesh_files import FindPieces, files_of, meshes_of
 from planner.robots.collision.pairs import CollisionPair, collision_pairs
 from planner.robots.derived.changes import held_by_group, on_external_axes, with_followers, with_locked
 from planner.robots.derived.external_axes import ExternalAxis
+from planner.robots.derived.fixed_tools import with_fixed_tool
 from planner.robots.derived.own_limits import OwnLimits, checked_positions, checked_table, is_within, with_own_limits
 from planner.robots.derived.positioners import (
     mounted_model,
@@ -57,7 +58,7 @@ class Robot(PickledByFields, RobotDescription):
         source: Where the model comes from, for a person.
         model: Pinocchio model with nq == nv == len(joints), in the order of `joints`. Not to be changed.
         joints: The degrees of freedom, in the order of every joint array.
-        tip_frame: Name of the frame at the flange.
+        tip_frame: Name of the frame at the flange; with a fixed tool, of the frame in which arm and tool stand.
         limit_sources: The document of the limits, or the rule of an estimate, by the names of `Joint.provenance`. Other
             quantities come from the same document as the model.
         mounting: Pose of the base in the world, whose z axis points up; None: gravity is as the model has it. Poses are
@@ -69,8 +70,10 @@ class Robot(PickledByFields, RobotDescription):
         collision: The shapes of the links in the description, see `collision_shapes`.
         visuals: The visual meshes of the description, see `visual_meshes`; None: it has none.
         external_axes: Names of the first joints, which are not the arm's own, such as a rail; none: all are the arm's.
-        positioner: Names of the first external axes, which carry the workpiece, from the workpiece on. The base frame
-            is the workpiece then, and the arm's base stands still. None: the base frame stands still.
+        positioner: Names of the first joints, which carry the workpiece, from the workpiece on. They are external axes,
+            or all joints of an arm that holds the workpiece under a fixed tool. The base frame is the workpiece then,
+            and the arm's base stands still. None: the base frame stands still.
+        payload_frame: Name of the flange of an arm that holds the workpiece, for payloads; None: the tip frame.
         rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
         payload_mass: The largest mass that `with_payload` has put on the robot, kg.
@@ -178,6 +181,7 @@ class Robot(PickledByFields, RobotDescription):
         positioner: Sequence[ExternalAxis] = (),
         workpiece: Pose | None = None,
         payload_table: PayloadTable | None = None,
+        fixed_tool: Pose | None = None,
     ) -> Robot:
         """Derive a robot from this one, with its own limits, tool and mounting.
 
@@ -203,9 +207,11 @@ class Robot(PickledByFields, RobotDescription):
             arm_origin: Pose of this robot's base in the link of the last external axis; None: the same.
             positioner: Axes that carry the workpiece, from this robot's base frame to the workpiece: its first joints
                 then, in reverse. `mass` and so on of the last axis include the workpiece.
-            workpiece: Pose of the workpiece in the link of the positioner's last axis: the base frame of all poses
-                then. None: the same.
+            workpiece: Pose of the workpiece, the base frame of all poses then, in the link of the positioner's last
+                axis. With a `fixed_tool` it is in this robot's tip frame. None: the same.
             payload_table: Factors on limits by the payload mass, nowhere above this robot's; None: this robot's.
+            fixed_tool: The tool centre point, in this robot's base frame, of a tool that stands in the cell. The arm
+                holds the workpiece then, and its joints are in reverse order, from the workpiece on.
 
         Returns:
             The robot, with `findings` about the changes.
@@ -218,7 +224,8 @@ class Robot(PickledByFields, RobotDescription):
         left = with_followers(with_locked(self, held, findings), held, findings)
         refuse_positioner(self, external_axes, findings)
         left = on_external_axes(left, external_axes, arm_origin, mounting, findings)
-        left = with_positioner(left, positioner, workpiece, findings)
+        left = with_fixed_tool(left, fixed_tool, workpiece, (tool, positioner), findings)
+        left = with_positioner(left, positioner, workpiece if fixed_tool is None else None, findings)
         joints = with_own_limits(left.joints, limits or {}, findings)
         inherited = {name: q for name, q in left.named_positions.items() if is_within(joints, q)}
         positions = inherited | checked_positions(joints, named_positions or {}, findings)
@@ -237,7 +244,8 @@ class Robot(PickledByFields, RobotDescription):
         )
         if mounting is not None and mounting.rotation is not None:
             robot = replace(robot, model=mounted_model(robot, mounting.rotation), mounting=mounting)
-        return robot if tool is None else robot.with_tool(tool)
+        attached = tool or fixed_tool
+        return robot if attached is None else robot.with_tool(attached)
 
     def __repr__(self) -> str:
         """Return id and number of joints, in one line."""
@@ -286,6 +294,12 @@ class Robot(PickledByFields, RobotDescription):
             # Pinocchio would give an id beyond the last frame, and crash when it is used.
             raise ValueError(f"{self.id} has no link called {self.tip_frame!r}")
         return int(self.model.getFrameId(self.tip_frame, pin.FrameType.BODY))
+
+    @cached_property
+    def payload_frame_id(self) -> int:
+        """Pinocchio's id of the frame that payloads are in: the flange."""
+        name = self.payload_frame or self.tip_frame
+        return int(self.model.getFrameId(name, pin.FrameType.BODY))
 
     @cached_property
     def tool_in_tip(self) -> pin.SE3:
@@ -358,12 +372,12 @@ class Robot(PickledByFields, RobotDescription):
         """Return the robot with a payload.
 
         Args:
-            payload: The body carried, in the tip frame.
+            payload: The body carried, in the tip frame; of an arm that holds the workpiece, in the flange's.
 
         Returns:
             The same robot with this payload in addition to its own.
         """
-        return replace(self, **fields_with_payload(self, self.tip_frame_id, payload))
+        return replace(self, **fields_with_payload(self, self.payload_frame_id, payload))
 
 
 def _text(document: str | Path) -> str:

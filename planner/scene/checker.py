@@ -108,7 +108,7 @@ class CollisionChecker:
         self.obstacles = Obstacles(static, robot.mounting)
         self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
         fine = {k for k, shape in enumerate(shapes) if self_collision or not shape.is_coarse}
-        self._on_positioner = range(1, 1 + len(robot.positioner))
+        self._on_positioner = range(1, 1 + len(robot.positioner)) if robot.external_axes else range(0)
         found = self._own_pairs(robot, len(links), fine)
         pairs = [pair for pair in found if self_collision is not False or self._are_across(*pair)]
         self.first, self.second = np.array(pairs, dtype=int).reshape(-1, 2).T

@@ -148,7 +148,7 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     if not all(robot.mass > 0.0 for robot in dynamics.robots):
         raise MissingDynamics(f"{plan.problem.robot.id} has no link inertias: its motion cannot be simulated")
     if any(robot.positioner for robot in dynamics.robots):
-        text = "must have no positioner: simulations know only arms whose base frame stands still"
+        text = "must have no workpiece that moves: simulations know only arms whose base frame stands still"
         raise InvalidProblem([(("robot",), text)])
     if servo.cycle > trajectory.duration:
         message = f"`cycle` must be shorter than the trajectory, {trajectory.duration:g} s; got {servo.cycle:g}"

@@ -31,7 +31,7 @@ def follow_evenly(
         ends: Joint positions (joints,) at which the path may end.
         tolerance: m and rad.
     """
-    count, tried = len(robot.positioner), list[FloatArray]()
+    count, tried = len(robot.positioner) if robot.external_axes else 0, list[FloatArray]()
     if not count or robot.dof <= len(path.twist(0.0)):
         return None
     for end in ends:

@@ -54,6 +54,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "elbow_saves_time.json": (3, None),
     "free_turn.json": (4, None),
     "full_cups.json": (3, None),
+    "grinding_at_a_belt.json": (5, None),
     "gripper.json": (3, None),
     "in_a_cycle.json": (4, 6.0),
     "keeps_clear_as_it_follows.json": (3, None),

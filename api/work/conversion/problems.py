@@ -184,7 +184,7 @@ def _frame_fault(asked: common.ProcessForce, in_base: Mapping[str, Pose | None],
 
 def _unknown_frame(name: str, known: Iterable[str], robot: Robot) -> str:
     """Return the message of a fault: there is no frame of that name that stands still in the base frame."""
-    moves = ", for the base frame is the workpiece on the positioner" if robot.positioner else ""
+    moves = ", for the base frame is the workpiece, which moves" if robot.positioner else ""
     return f"must be one of {', '.join(known)}{moves}; got {name!r}"
 
 

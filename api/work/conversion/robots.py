@@ -88,6 +88,7 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
         positioner=[_to_external_axis(axis) for axis in model.positioner],
         workpiece=None if model.workpiece is None else to_pose(model.workpiece),
         payload_table=to_payload_table(model.payload_table),
+        fixed_tool=None if model.fixed_tool is None else to_pose(model.fixed_tool),
     )
     return replace(robot, source=f"derived from {base.id}: {base.source}")
 

@@ -8,12 +8,12 @@ the axis.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import pinocchio as pin
 
-from planner.robots.build import Link, MovingJoint, build_model
+from planner.robots.build import MovingJoint, build_model
 from planner.robots.derived.changes import FREE_FALL, AnyRobot
 from planner.robots.derived.external_axes import ExternalAxis, append_arm, external_chain, placement_of
 from planner.robots.derived.standing import FLIP, FOOT, foot_at_zero
@@ -41,17 +41,16 @@ def with_positioner(
     """
     if not axes:
         if workpiece is not None:
-            text = "the workpiece has a pose in the link of a positioner's axis, but there is no `positioner`"
+            text = "the workpiece has a pose, but there is neither a `positioner` nor a `fixed_tool`"
             findings.error("no_positioner", None, text)
         return robot
     if robot.positioner:
-        findings.error("second_positioner", None, f"{shown(robot.id)} has a positioner already, of {robot.positioner}")
-    at = placement_of(WORKPIECE, workpiece, findings)
-    taken = {frame.name for frame in robot.model.frames.tolist()[1:]} | {axis.name for axis in axes}
-    for name in sorted(taken & {WORKPIECE, FOOT}):
         findings.error(
-            "duplicate_name", shown(name), f"no link or axis can be called {shown(name)}: a positioner has it"
+            "second_positioner", None, f"{shown(robot.id)} has a workpiece that moves already, by {robot.positioner}"
         )
+        findings.raise_errors()
+    at = placement_of(WORKPIECE, workpiece, findings)
+    refuse_own_names(robot, {axis.name for axis in axes}, findings)
     joints, chain = external_chain(axes, robot.model, findings)
     findings.raise_errors()
     there = tuple(min(max(0.0, joint.lower), joint.upper) for joint in reversed(joints))
@@ -67,6 +66,14 @@ def with_positioner(
     return beside
 
 
+def refuse_own_names(robot: RobotDescription, others: Collection[str], findings: Findings) -> None:
+    """Refuse links, and axes with the names `others`, that have the name of the workpiece or of the foot."""
+    taken = {frame.name for frame in robot.model.frames.tolist()[1:]} | {*others}
+    for name in sorted(taken & {WORKPIECE, FOOT}):
+        text = f"no link or axis can be called {shown(name)}: a moving workpiece and its foot have these names"
+        findings.error("duplicate_name", shown(name), text)
+
+
 def _model_beside(model: pin.Model, chain: Sequence[MovingJoint], workpiece: pin.SE3) -> pin.Model:
     """Return the model of an arm and a positioner, from the workpiece on.
 
@@ -75,28 +82,39 @@ def _model_beside(model: pin.Model, chain: Sequence[MovingJoint], workpiece: pin
         chain: The axes of the positioner, from the arm's base to the workpiece.
         workpiece: Placement of the workpiece in the link of the last axis.
     """
-    last = chain[-1].links[0]
-    before = (last.placement * workpiece).inverse()  # of the joint's frame, seen from the link behind it
-    links, reversed_chain = [Link(WORKPIECE, pin.SE3.Identity()), replace(last, placement=before * last.placement)], []
-    carried = links
-    for moving, own in zip(reversed(chain), [*reversed(chain[:-1]), None], strict=True):
-        placement = before * FLIP if moving is chain[-1] else FLIP * before * FLIP
-        before = moving.placement.inverse()
-        carried = [Link(FOOT, FLIP * before) if own is None else _moved(own.links[0], FLIP * before)]
-        reversed_chain.append(MovingJoint(moving.joint, placement, carried))
-    whole = build_model(model.name, links, reversed_chain)
-    append_arm(whole, model, carried[0].placement, moves_base=False)
+    whole = reversed_model(build_model(model.name, [], chain), chain[-1].links[0].placement * workpiece)
+    append_arm(whole, model, whole.frames[whole.getFrameId(FOOT, pin.FrameType.BODY)].placement, moves_base=False)
     return whole
 
 
-def _moved(link: Link, placement: pin.SE3) -> Link:
-    return replace(link, placement=placement * link.placement)
+def reversed_model(model: pin.Model, workpiece: pin.SE3) -> pin.Model:
+    """Return a serial chain seen from a workpiece at its end; the last frame, `FOOT`, is its base.
+
+    Args:
+        model: The chain, as `build_model` makes it.
+        workpiece: Placement of the workpiece in the frame of the last joint.
+    """
+    whole, parent, placement = pin.Model(), 0, workpiece.inverse()
+    whole.name = model.name
+    whole.addFrame(pin.Frame(WORKPIECE, 0, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
+    for number in reversed(range(model.njoints)):  # `placement` is that of the joint's frame
+        whole.appendBodyToJoint(parent, model.inertias[number], placement)
+        for frame in model.frames.tolist()[1:]:
+            if frame.parentJoint == number and frame.type == pin.FrameType.BODY:
+                there = placement * frame.placement
+                whole.addFrame(pin.Frame(frame.name, parent, 0, there, frame.type, frame.inertia), False)
+        if number:
+            parent = whole.addJoint(parent, model.joints[number], placement * FLIP, model.names[number])
+            placement = FLIP * model.jointPlacements[number].inverse()
+    whole.addFrame(pin.Frame(FOOT, parent, 0, placement, pin.FrameType.BODY), False)
+    return whole
 
 
 def refuse_positioner(robot: RobotDescription, axes: Sequence[ExternalAxis], findings: Findings) -> None:
     """Refuse external axes in front of a robot that has a positioner: they would carry the workpiece."""
     if robot.positioner and axes:
-        text = f"{shown(robot.id)} has a positioner: derive it from the arm on its `external_axes`"
+        what = "a fixed tool" if robot.holds_workpiece else "a positioner"
+        text = f"{shown(robot.id)} has {what}: derive it from the arm on its `external_axes`"
         findings.error("axes_with_positioner", None, text)
         findings.raise_errors()
 

@@ -6,18 +6,22 @@ import re
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from planner.backends import Cubic, Quintic, Ruckig
 from planner.errors import UnsupportedFormat
 from planner.export import ExportOptions, render
 from planner.export.urscript import set_output
+from planner.kinematics import tool_pose
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.actions import AtTime, SetOutput
-from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis, load_robot
+from planner.spatial import Pose
 from tests.planner.problems_of_tests import problem_of
 
 NUMBER = r"-?\d+(?:\.\d+)?"
@@ -308,6 +312,40 @@ def test_axes_of_a_positioner_come_behind_the_others_from_its_foot_on() -> None:
     for name in ("krl_kss8", "rapid_moves", "urscript"):
         with pytest.raises(UnsupportedFormat, match="6 joints that turn"):
             render(plan(PlanningProblem(robot, ends), Cubic()), name, ExportOptions(PERIOD))
+
+
+def test_programs_of_an_arm_that_holds_the_workpiece_have_its_axes_from_the_base_on() -> None:
+    """RAPID has a stationary tool and a held work object: the poses of its lines are reached by the arm alone."""
+    part, tool = Pose.from_rpy([0.02, 0.0, 0.1], [0.1, 0.2, 0.0]), Pose.from_rpy([1.2, 0.2, 0.9], [0.0, -1.5, 0.0])
+    robot = ROBOT.derived(fixed_tool=tool, workpiece=part)
+    line = RelativeWaypoint(CartesianMove((0.05, 0.0, 0.0)), frame="base", motion=LinearMotion())
+    made = plan(PlanningProblem(robot, [JointWaypoint(START[::-1]), line]), Cubic())
+    for name in ("krl", "rapid", "fanuc_ls", "urscript"):
+        text = render(made, name, ExportOptions(PERIOD)).decode()
+        written = np.array(re.findall(NUMBER, re.sub(r"[AJ]\d", "", text)), dtype=float)
+        start = START.copy() if name == "urscript" else np.degrees(START)
+        if name == "fanuc_ls":
+            start[2] -= start[1]
+        rows = np.lib.stride_tricks.sliding_window_view(written, len(start))
+        assert np.abs(rows - start).max(axis=1).min() < 1e-4, name
+    for name in ("krl_kss8", "urscript_moves"):
+        with pytest.raises(UnsupportedFormat, match="holds the workpiece under a fixed tool"):
+            render(made, name, ExportOptions(PERIOD))
+    text = render(made, "rapid_moves", ExportOptions(PERIOD)).decode()
+    pose = rf"\[\[({NUMBER}),({NUMBER}),({NUMBER})\],\[({NUMBER}),({NUMBER}),({NUMBER}),({NUMBER})\]"
+
+    def placement(pattern: str) -> pin.SE3:
+        found = re.search(pattern.replace("POSE", pose), text)
+        assert found is not None, pattern
+        x, y, z, w, i, j, k = (float(number) for number in found.groups())
+        return pin.SE3(pin.Quaternion(w, i, j, k).normalized().matrix(), np.array([x, y, z]) / 1e3)
+
+    in_world = placement(r"tooldata planned_tool_1:=\[FALSE,POSE")
+    in_wrist = placement(r'wobjdata planned_part:=\[TRUE,TRUE,"",POSE')
+    in_part = placement(r"MoveL POSE.*planned_tool_1\\WObj:=planned_part;")
+    end = tool_pose(ROBOT, made.path.positions[-1][::-1])
+    wrist = pin.SE3(np.array(end.rotation), end.position)
+    np.testing.assert_allclose((wrist * in_wrist * in_part).homogeneous, in_world.homogeneous, atol=1e-6)
 
 
 def test_programs_without_external_axes_refuse_them() -> None:

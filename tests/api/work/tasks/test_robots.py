@@ -361,6 +361,29 @@ def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> 
     service.client.delete(f"{ROBOTS}/planar_arm")
 
 
+def test_a_workpiece_under_a_fixed_tool_is_the_base_frame(service: RunningService) -> None:
+    """Two links of 0.4 m and 0.3 m hold a part whose frame is the tip's, 0.2 m from a nozzle when they are straight."""
+    service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
+    body = derived_robot(id="under_a_nozzle", fixed_tool={"position": [0.9, 0.0, 0.0]})
+    added = service.post(ROBOTS, body)
+    assert added.status_code == 201, added.text
+    robot = AddedRobot.model_validate_json(added.content, strict=True)
+    assert (robot.positioner, robot.external_axes, robot.tip_frame) == (robot.joint_names, [], "positioner_base")
+    assert robot.joint_names == ["joint_2", "joint_1"]
+    forward = service.post(FORWARD, {"robot": "under_a_nozzle", "positions": [[0.0, 0.0], [np.pi / 2.0, 0.0]]})
+    found = [pose["position"] for pose in forward.json()["poses"]]
+    np.testing.assert_allclose(found, [[0.2, 0.0, 0.0], [-0.3, -0.5, 0.0]], atol=1e-12)
+    line = {"kind": "relative", "frame": "base", "move": {"kind": "cartesian", "translation": [0.0, 0.1, 0.0]}}
+    asked = [joint(-1.0, 0.5), {**line, "motion": {"kind": "linear"}}]
+    planned = service.post(PLAN, plan_request(robot="under_a_nozzle", waypoints=asked, include=["tcp_pose"]))
+    assert planned.status_code == 200, planned.text
+    poses = np.array(planned.json()["samples"]["tcp_pose"]["position"])
+    np.testing.assert_allclose(poses[:, 0], poses[0, 0], atol=1e-4)
+    refused = service.post(ROBOTS, body | {"tool": {"position": [0.1, 0.0, 0.0]}})
+    assert "tool_with_fixed_tool" in refused.text
+    assert refused.status_code == 422
+
+
 def test_a_workpiece_on_a_positioner_is_the_base_frame(service: RunningService) -> None:
     """Two links of 0.4 m and 0.3 m beside a turntable: poses are in its moving frame, and others are refused."""
     service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
