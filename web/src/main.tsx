@@ -5,6 +5,7 @@ import './style/layout.css';
 import './style/stage.css';
 import './style/narrow.css';
 import './style/waypoints.css';
+import './style/cell.css';
 import './style/forms.css';
 import './style/panels.css';
 import './style/robot.css';

@@ -35,7 +35,12 @@ GRAPHICS = "GPU stall due to ReadPixels"
 """Chromium's remark on saving a picture where the processor draws."""
 
 WELDING = "documents/welding"
-GROUPS = {"documents": "Published works", "jobs": "Everyday jobs", "features": "What can be asked"}
+GROUPS = {
+    "documents": "Published works",
+    "jobs": "Everyday jobs",
+    "features": "What can be asked",
+    "cells": "Several robots",
+}
 """The groups of the menu of examples."""
 TOO_SHORT = {
     "robot": "kuka_kr16_2",

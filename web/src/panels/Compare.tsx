@@ -14,6 +14,7 @@ export function Compare() {
       <button type="button" class="primary" disabled={comparing.value || !request.value} onClick={() => void compare()}>
         {comparing.value ? texts.compare.running : texts.compare.start}
       </button>
+      {request.value?.cell && <p class="hint">{texts.cells.compared(request.value.cell.name)}</p>}
       {compared.value && (
         <>
           <table class="compare">

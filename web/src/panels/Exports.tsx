@@ -1,9 +1,11 @@
 // The plan in every format that the service writes, and the request as code.
 import { useState } from 'preact/hooks';
+import { nameOf } from '../request/cells';
 import { codeOf, LANGUAGES } from '../request/code';
 import type { Language } from '../request/code';
 import { base, client, outcome } from '../service/client';
 import type { PlanFormat } from '../service/types';
+import { exportedRequest } from '../state/cells';
 import { refuse } from '../state/messages';
 import { request } from '../state/store';
 import { texts } from '../texts';
@@ -41,11 +43,12 @@ export function Exports() {
       <h3>{texts.exports.files}</h3>
       <div class="buttons wrap">
         {(Object.keys(FORMATS) as PlanFormat[]).map((format) => (
-          <button key={format} type="button" onClick={() => void download(format)}>
+          <button key={format} type="button" disabled={exportedRequest() === null} onClick={() => void download(format)}>
             {format === 'html' ? texts.exports.report : format}
           </button>
         ))}
       </div>
+      {shown.cell && <p class="hint">{texts.cells.exported(shown.cell.name)}</p>}
       <h3>{texts.exports.code}</h3>
       <div class="buttons" role="group" aria-label={texts.exports.code}>
         {LANGUAGES.map((name) => (
@@ -71,10 +74,10 @@ export function Exports() {
 }
 
 async function download(format: PlanFormat): Promise<void> {
-  const body = request.value;
+  const body = exportedRequest();
   if (!body) return;
   const call = client.POST('/v1/trajectories/export', { body, params: { query: { format } }, parseAs: 'blob' });
   const found = await outcome(call as unknown as Promise<{ data?: Blob; error?: unknown }>);
-  if (found.answer) save(`${body.robot}${FORMATS[format]}`, found.answer);
+  if (found.answer) save(`${nameOf(request.value!)}${FORMATS[format]}`, found.answer);
   else refuse(found.problem);
 }

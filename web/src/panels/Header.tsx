@@ -15,7 +15,7 @@ import { Menu } from './Menu';
 import { RobotNotes } from './RobotNotes';
 import { copy } from './save';
 
-const KINDS: readonly Example['group'][] = ['documents', 'jobs', 'features'];
+const KINDS: readonly Example['group'][] = ['documents', 'jobs', 'features', 'cells'];
 
 const GROUPS = KINDS.map((kind) => ({
   label: texts.header.groups[kind],

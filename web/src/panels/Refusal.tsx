@@ -1,12 +1,14 @@
 // Why there is no plan: the place, the joint, the waypoint, and remedies that apply at a click.
-import type { Problem, Remedy } from '../service/types';
+import type { PlanRequest, Problem, Remedy } from '../service/types';
 import { changeInWords } from '../request/changes';
 import { messageOf } from '../request/messages';
-import { remedied, waysOf } from '../request/edits';
+import { nameOf, remediedCell, showing } from '../request/cells';
+import { waysOf } from '../request/edits';
 import { depthOf, seconds, written } from '../plan/units';
 import { show } from '../state/actions';
+import { chooseRobotOfCell } from '../state/cells';
 import { select } from '../state/selection';
-import { request, robot, shownPlan } from '../state/store';
+import { refusedRobot, request, robot, shownPlan } from '../state/store';
 import { language, texts } from '../texts';
 import { Original } from './Message';
 
@@ -16,6 +18,7 @@ export function Refusal({ problem }: { problem: Problem }) {
   const isOwn = original.length === 0;
   const faults = (problem.errors ?? []).map(({ pointer, message }) => `${pointer || '/'}: ${message}`);
   const where = [
+    refusedRobot.value !== null && request.value?.cell ? texts.cells.ofRobot(nameOf(refusedRequest()!)) : null,
     typeof waypoint === 'number' && typeof segment !== 'number' ? place(waypoint) : null,
     typeof segment === 'number' ? texts.refusal.segment(segment, place(segment), place(segment + 1)) : null,
     joint,
@@ -29,7 +32,7 @@ export function Refusal({ problem }: { problem: Problem }) {
         <p class="where">
           {where.join(', ')}{' '}
           {typeof waypoint === 'number' && (
-            <button type="button" class="link" onClick={() => select(waypoint)}>
+            <button type="button" class="link" onClick={() => showWaypoint(waypoint)}>
               {texts.refusal.show}
             </button>
           )}
@@ -102,9 +105,20 @@ function Remedies({ title, remedies }: { title: string; remedies: readonly Remed
 
 // A waypoint as the page names it.
 function place(index: number): string {
-  return texts.waypoints.place(index, request.value?.waypoints[index]?.name ?? null);
+  return texts.waypoints.place(index, refusedRequest()?.waypoints[index]?.name ?? null);
+}
+
+// The request that the refusal is about: in a cell that of one of the robots.
+function refusedRequest(): PlanRequest | null {
+  const [shown, index] = [request.value, refusedRobot.value];
+  return shown && index !== null ? showing(shown, index) : shown;
+}
+
+function showWaypoint(index: number): void {
+  if (refusedRobot.value !== null) chooseRobotOfCell(refusedRobot.value);
+  select(index);
 }
 
 function apply(remedies: readonly Remedy[]): void {
-  if (request.value) show(remedied(request.value, remedies), texts.said.remedied);
+  if (request.value) show(remediedCell(request.value, remedies), texts.said.remedied);
 }

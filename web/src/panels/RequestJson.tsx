@@ -1,5 +1,6 @@
 // The request as JSON: read it, change it, open and save it.
 import { useState } from 'preact/hooks';
+import { documentOf, showing } from '../request/cells';
 import { json } from '../request/code';
 import { parseRequest } from '../request/parse';
 import type { PlanRequest } from '../service/types';
@@ -20,7 +21,8 @@ export function RequestJson() {
   const [kept, setDraft] = useState<Draft | null>(null);
   const shown = request.value;
   const draft = kept?.of === shown ? kept : null; // another request has taken its place
-  const text = draft?.text ?? json(shown);
+  const written = json(shown && documentOf(shown));
+  const text = draft?.text ?? written;
   const take = (next: string, use: (request: PlanRequest) => void): void => {
     const { request: parsed, fault } = parseRequest(next);
     setDraft(parsed ? null : { of: shown, text: next, fault });
@@ -42,10 +44,14 @@ export function RequestJson() {
         </p>
       )}
       <div class="buttons">
-        <button type="button" class="primary" onClick={() => take(text, (parsed) => show(parsed, texts.said.imported))}>
+        <button
+          type="button"
+          class="primary"
+          onClick={() => take(text, (parsed) => show(showing(parsed, shown?.cell?.index ?? 0), texts.said.imported))}
+        >
           {texts.json.apply}
         </button>
-        <button type="button" onClick={() => save(`${shown?.robot ?? 'request'}.json`, new Blob([json(shown)]))}>
+        <button type="button" onClick={() => save(`${shown?.cell ? 'cell' : (shown?.robot ?? 'request')}.json`, new Blob([written]))}>
           {texts.json.save}
         </button>
         <label class="file">

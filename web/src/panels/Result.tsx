@@ -3,6 +3,7 @@ import { signal } from '@preact/signals';
 import { estimateOfPlan } from '../plan/estimates';
 import { seconds } from '../plan/units';
 import type { PlanAnswer } from '../service/types';
+import { durationOf } from '../state/playback';
 import { isStale, planning, problem, robot, shownPlan } from '../state/store';
 import { texts } from '../texts';
 import { BatchPanel } from './BatchPanel';
@@ -27,7 +28,7 @@ export function Result() {
       {problem.value && <Refusal problem={problem.value} />}
       {planned && !problem.value && (
         <p class={`verdict ${isStale.value || planning.value ? 'stale' : ''}`}>
-          <strong>✓ {texts.result.certified(seconds(planned.answer.duration))}</strong>
+          <strong>✓ {texts.result.certified(seconds(durationOf(planned)))}</strong>
           <span>{texts.result.certifiedBy(planned.answer.backend, planned.answer.solver, planned.took)}</span>
           {planned.answer.rides?.map((ride) => (
             <span key={ride.waypoint}>{meeting(ride)}</span>

@@ -8,8 +8,9 @@ import type { PlanRequest, Robot, Waypoint } from '../service/types';
 import { insert, insertPose, show } from '../state/actions';
 import { select } from '../state/selection';
 import { shownPosition } from '../state/jointPosition';
-import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
+import { isStale, ownProblem, request, robot, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
+import { AddRobot, Cell } from './Cell';
 import { Menu } from './Menu';
 import type { MenuGroup } from './Menu';
 import { MoreOfRequest } from './MoreFields';
@@ -27,6 +28,7 @@ export function Waypoints() {
   if (!shown) return <section class="panel" id="waypoints" />;
   return (
     <section class="panel" id="waypoints" tabIndex={-1} aria-label={texts.waypoints.label}>
+      <Cell request={shown} robot={arm} />
       <div class="panel-head">
         <h2>{texts.waypoints.label}</h2>
         {arm && <Menu label={texts.waypoints.add} groups={additions(arm)} />}
@@ -44,6 +46,7 @@ export function Waypoints() {
       {arm && <MoreOfRequest request={shown} robot={arm} />}
       {arm && <ScenePanel request={shown} robot={arm} />}
       {(shown.scene || zonesOf(shown).length > 0) && <SpeedZones request={shown} />}
+      {!shown.cell && <AddRobot request={shown} />}
     </section>
   );
 }
@@ -59,7 +62,7 @@ function Row({ waypoint, index, shown }: RowProps) {
   const answer = planned ? plannedWaypoint(planned.answer, index) : undefined;
   const chosenOption = planned?.answer.choices?.find((choice) => choice.waypoint === index)?.option ?? null;
   const isChosen = selected.value === index;
-  const isWrong = problem.value?.waypoint === index;
+  const isWrong = ownProblem.value?.waypoint === index;
   return (
     <li
       class={`${isChosen ? 'chosen' : ''} ${isWrong ? 'wrong' : ''} ${dragged.value === index ? 'dragged' : ''}`}

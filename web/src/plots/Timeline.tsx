@@ -3,17 +3,18 @@ import { useComputed } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
 import { seconds } from '../plan/units';
 import { slowTimes } from '../plan/zones';
-import { playAt, playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
+import { durationOf, playAt, playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
 import { select } from '../state/selection';
 import { shownPlan } from '../state/store';
+import type { Planned } from '../state/store';
 import { texts } from '../texts';
 
 export function Timeline() {
   const planned = shownPlan.value;
   const marked = planned?.answer.waypoints.filter((waypoint) => plannedWaypoint(planned.answer, waypoint.index) === waypoint) ?? [];
-  const duration = planned?.answer.duration ?? 0;
+  const duration = durationOf(planned);
   const slow = planned ? slowTimes(planned.answer) : [];
-  const shown = useComputed(() => seconds(Math.min(time.value, shownPlan.value?.answer.duration ?? 0)));
+  const shown = useComputed(() => seconds(Math.min(time.value, durationOf(shownPlan.value))));
   return (
     <section class="timeline" aria-label={texts.timeline.label}>
       <button type="button" class="play" disabled={!planned} onClick={togglePlaying}>
@@ -37,6 +38,14 @@ export function Timeline() {
               key={from}
               class="slow"
               title={texts.zones.legend}
+              style={{ left: `${(100 * from) / duration}%`, width: `${(100 * (to - from)) / duration}%` }}
+            />
+          ))}
+          {waitsOf(planned).map(({ from, to }) => (
+            <span
+              key={from}
+              class="wait"
+              title={texts.cells.waiting(seconds(to - from))}
               style={{ left: `${(100 * from) / duration}%`, width: `${(100 * (to - from)) / duration}%` }}
             />
           ))}
@@ -70,6 +79,15 @@ export function Timeline() {
       </label>
     </section>
   );
+}
+
+// When the robot that is shown waits for others of its cell: the last part of its rests.
+function waitsOf(planned: Planned | null): { from: number; to: number }[] {
+  const own = planned?.cell?.robots[planned.request.cell?.index ?? 0];
+  return (own?.waits ?? []).flatMap((wait, index) => {
+    const to = plannedWaypoint(own!.plan, index)?.departure_time ?? 0;
+    return wait > 0 ? [{ from: to - wait, to }] : [];
+  });
 }
 
 // With step "any" a browser leaves the steps of keys to us: a hundredth, a tenth with page up and down.

@@ -1,5 +1,6 @@
 // The state in the address: a link reproduces what is seen. The request is deflated, so that links stay short.
 import type { PlanRequest } from '../service/types';
+import { documentOf, showing } from './cells';
 import { parseRequest } from './parse';
 
 export interface Shown {
@@ -13,12 +14,13 @@ export interface Unreadable {
 }
 
 export async function toFragment({ request, time }: Shown): Promise<string> {
-  const text = new Blob([JSON.stringify(request)]).stream().pipeThrough(new CompressionStream('deflate-raw'));
+  const text = new Blob([JSON.stringify(documentOf(request))]).stream().pipeThrough(new CompressionStream('deflate-raw'));
   const bytes = new Uint8Array(await new Response(text).arrayBuffer());
   let binary = '';
   for (const byte of bytes) binary += String.fromCharCode(byte);
   const packed = btoa(binary).replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '');
-  return `#r=${packed}${time > 0 ? `&t=${Number(time.toFixed(3))}` : ''}`;
+  const robot = request.cell?.index ?? 0;
+  return `#r=${packed}${robot > 0 ? `&robot=${robot}` : ''}${time > 0 ? `&t=${Number(time.toFixed(3))}` : ''}`;
 }
 
 // Reads the fragment of an address; null: it names no request.
@@ -31,7 +33,8 @@ export async function fromFragment(fragment: string): Promise<Shown | Unreadable
     const text = await unpacked(packed);
     if (text === null) return { fault: `its request has more than ${MOST_MEGABYTES} MB` };
     const { request, fault } = parseRequest(text);
-    return request ? { request, time: Number.isFinite(time) ? Math.max(0, time) : 0 } : { fault };
+    if (!request) return { fault };
+    return { request: showing(request, Number(fields.get('robot') ?? 0)), time: Number.isFinite(time) ? Math.max(0, time) : 0 };
   } catch {
     return { fault: 'it is cut off or changed' };
   }

@@ -17,9 +17,11 @@ const UNITS: Record<string, string> = {
   tcp_angular_velocity: 'rad/s',
 };
 
+const OF_ROBOT = /^\/robots\/\d+/; // of a cell
+
 // The words for a value at a JSON pointer (RFC 6901); `place` names a waypoint as the page does.
 export function changeInWords(pointer: string, value: unknown, place: (index: number) => string): string {
-  const names = pointer.split('/').slice(1);
+  const names = pointer.replace(OF_ROBOT, '').split('/').slice(1);
   const index = names[0] === 'waypoints' && /^\d+$/.test(names[1] ?? '') ? Number(names[1]) : null;
   const fields = index === null ? names : names.slice(2);
   const words = valueInWords(value, fields.at(-1));

@@ -1,34 +1,42 @@
 // The request as shown, as code that is ready to paste.
 import type { PlanRequest } from '../service/types';
+import { documentOf } from './cells';
 
 export type Language = 'curl' | 'python' | 'typescript';
 
 export const LANGUAGES: readonly Language[] = ['curl', 'python', 'typescript'];
 
-export function codeOf(language: Language, request: PlanRequest, base: string): string {
+// The address at which the service plans the request, or its cell.
+export function addressOf(request: PlanRequest): '/v1/trajectories' | '/v1/cells/plan' {
+  return request.cell ? '/v1/cells/plan' : '/v1/trajectories';
+}
+
+export function codeOf(language: Language, shown: PlanRequest, base: string): string {
+  const request = documentOf(shown);
+  const address = base + addressOf(shown);
   switch (language) {
     case 'curl':
-      return `curl -s ${base}/v1/trajectories --json '${json(request).replaceAll("'", "'\\''")}'`;
+      return `curl -s ${address} --json '${json(request).replaceAll("'", "'\\''")}'`;
     case 'python':
       return `import httpx
 
 request = ${python(request)}
-answer = httpx.post("${base}/v1/trajectories", json=request, timeout=60)
+answer = httpx.post("${address}", json=request, timeout=60)
 answer.raise_for_status()
 plan = answer.json()
-print(plan["duration"], plan["certificate"]["satisfied"])
+print(plan["duration"], plan${shown.cell ? '["clearances"]' : '["certificate"]["satisfied"]'})
 `;
     case 'typescript':
       return `const request = ${json(request)};
 
-const answer = await fetch('${base}/v1/trajectories', {
+const answer = await fetch('${address}', {
   method: 'POST',
   headers: { 'Content-Type': 'application/json' },
   body: JSON.stringify(request),
 });
 const plan = await answer.json();
 if (!answer.ok) throw new Error(plan.detail);
-console.log(plan.duration, plan.certificate.satisfied);
+console.log(plan.duration, plan.${shown.cell ? 'clearances' : 'certificate.satisfied'});
 `;
   }
 }

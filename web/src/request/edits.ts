@@ -51,7 +51,7 @@ export function poseWaypoint(pose: Pose): Waypoint {
 }
 
 // Applies remedies that belong together; `change` is a JSON pointer (RFC 6901) into the request.
-export function remedied(request: PlanRequest, remedies: readonly Remedy[]): PlanRequest {
+export function remedied<T>(request: T, remedies: readonly Remedy[]): T {
   const changed = structuredClone(request);
   for (const { change, value } of remedies) setAt(changed, change, value);
   return changed;

@@ -1,9 +1,12 @@
 // The examples of the documents, loaded when they are chosen.
-import type { PlanRequest, RobotUpload } from '../service/types';
+import type { CellRequest, PlanRequest, RobotUpload } from '../service/types';
+import { shownOf } from './cells';
 
 const FILES = import.meta.glob<PlanRequest>(['../../../examples/*.json', '../../../examples/jobs/*.json'], {
   import: 'default',
 });
+
+const CELLS = import.meta.glob<CellRequest>('../../../examples/cell/*.json', { import: 'default' });
 
 // The robots of examples that no catalogue has, by their ids: bodies of POST /v1/robots.
 const ROBOTS = import.meta.glob<RobotUpload>('../../../examples/robots/*.json', { import: 'default' });
@@ -15,16 +18,26 @@ export async function exampleRobot(id: string): Promise<RobotUpload | null> {
 
 export interface Example {
   name: string;
-  group: 'documents' | 'features' | 'jobs';
+  group: 'documents' | 'features' | 'jobs' | 'cells';
   load: () => Promise<PlanRequest>;
 }
 
 const OF_DOCUMENTS = /^(refuelling|welding|three_joint_arm|date_sorting)/;
 
-export const EXAMPLES: readonly Example[] = Object.entries(FILES).map(([path, load]) => {
-  const name = path.replace(/^.*\//, '').replace('.json', '');
+const OF_REQUESTS = Object.entries(FILES).map(([path, load]): Example => {
+  const name = nameOf(path);
   const group = path.includes('/jobs/') ? 'jobs' : OF_DOCUMENTS.test(name) ? 'documents' : 'features';
   return { name, group, load };
 });
+
+const OF_CELLS = Object.entries(CELLS).map(([path, load]): Example => {
+  return { name: nameOf(path), group: 'cells', load: async () => shownOf(await load(), 0) };
+});
+
+export const EXAMPLES: readonly Example[] = [...OF_REQUESTS, ...OF_CELLS];
+
+function nameOf(path: string): string {
+  return path.replace(/^.*\//, '').replace('.json', '');
+}
 
 export const FIRST_EXAMPLE = 'refuelling_case_1_poses';

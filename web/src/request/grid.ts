@@ -1,5 +1,6 @@
 // A grid of requests: fields that take one value after the other, in every combination.
 import type { Grid, PlanRequest } from '../service/types';
+import { alone } from './cells';
 import { setAt } from './edits';
 
 export interface Varied {
@@ -37,7 +38,7 @@ export function gridOf(
   rows: readonly Varied[],
 ): { grid: Grid; wrong?: undefined } | { grid?: undefined; wrong: string } {
   const vary = rows.map(({ pointer, values }) => ({ pointer, values: valuesOf(values) ?? [] }));
-  const template = structuredClone(request);
+  const template = structuredClone(alone(request));
   for (const { pointer, values } of vary) if (!setAt(template, pointer, values[0])) return { wrong: pointer };
   return { grid: { template, vary } };
 }

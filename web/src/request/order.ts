@@ -1,5 +1,6 @@
 // Waypoints in any order: the runs of waypoints that stay together, as tasks of POST /v1/tasks/order.
 import type { OrderRequest, PlanRequest, Waypoint } from '../service/types';
+import { alone } from './cells';
 import { reordered } from './edits';
 
 // The fields of a plan request without a meaning in another order, or without a place in a request of tasks.
@@ -38,7 +39,7 @@ function leadsOn({ kind, motion }: Waypoint): boolean {
 
 export function orderRequest(request: PlanRequest): OrderRequest {
   const { start, tasks, end } = runsOf(request);
-  const rest = Object.fromEntries(Object.entries(request).filter(([name]) => !(LEFT_OUT as readonly string[]).includes(name)));
+  const rest = Object.fromEntries(Object.entries(alone(request)).filter(([name]) => !(LEFT_OUT as readonly string[]).includes(name)));
   const at = (index: number): Waypoint => request.waypoints[index]!;
   const travel = tasks.map(([first]) => at(first!).motion).find((motion) => motion?.kind === 'free') ?? { kind: 'joint' };
   return {

@@ -1,6 +1,7 @@
 // The form of a request that comes from outside: a link, a file, a text. What the page reads is checked here, the rest by
 // the service.
-import type { PlanRequest } from '../service/types';
+import type { CellRequest, PlanRequest } from '../service/types';
+import { MOST_ROBOTS, shownOf } from './cells';
 import { byKind, flag, list, matching, nullable, number, object, oneOf, record, text } from './shape';
 import type { Check } from './shape';
 
@@ -107,40 +108,44 @@ const objectMotion = byKind({
   timed_poses: object({ poses: list(object({ time: number, pose }), { least: 1 }) }),
 });
 const ofThing = { pose: nullable(pose), margin: nullable(number) };
+const attached = list(object({ id: text, shape }, { ...ofThing, link: nullable(text), touch_links: list(text) }));
+const pairs = list(list(text));
 const scene = object(
   {},
   {
     objects: list(object({ id: text, shape }, { ...ofThing, frame: text, motion: nullable(objectMotion) })),
-    attached: list(object({ id: text, shape }, { ...ofThing, link: nullable(text), touch_links: list(text) })),
-    allowed_pairs: list(list(text)),
+    attached,
+    allowed_pairs: pairs,
     margin: number,
   },
 );
 const sceneOrId: Check = (value, at) => (typeof value === 'string' ? null : scene(value, at));
 
-const request = object(
-  {
-    robot: matching(/^[A-Za-z0-9][A-Za-z0-9_.-]*$/, 'the id of a robot'),
-    waypoints: list(waypoint, { least: 1, most: MOST_WAYPOINTS }),
-  },
-  {
-    limits,
-    tool: nullable(pose),
-    frames: record(pose),
-    mounting: nullable(pose),
-    duration: nullable(number),
-    scene: nullable(sceneOrId),
-    self_collision: nullable(flag),
-    speed_zones: list(object({ clearance: number, speed: number }, { objects: nullable(list(text)) })),
-    sample_period: number,
-    include: list(text),
-    backend: object({ kind: text }),
-  },
+const name = (of: string): Check => matching(/^[A-Za-z0-9][A-Za-z0-9_.-]*$/, of);
+const ofEveryRobot = {
+  limits,
+  tool: nullable(pose),
+  mounting: nullable(pose),
+  duration: nullable(number),
+  self_collision: nullable(flag),
+  speed_zones: list(object({ clearance: number, speed: number }, { objects: nullable(list(text)) })),
+  sample_period: number,
+  include: list(text),
+  backend: object({ kind: text }),
+};
+const planned = { robot: name('the id of a robot'), waypoints: list(waypoint, { least: 1, most: MOST_WAYPOINTS }) };
+const around = { frames: record(pose), scene: nullable(sceneOrId) };
+
+const request = object(planned, { ...ofEveryRobot, ...around });
+const member = object({ ...planned, name: name('the name of a robot in the cell') }, { ...ofEveryRobot, attached, allowed_pairs: pairs });
+const cell = object(
+  { robots: list(member, { least: 2, most: MOST_ROBOTS }) },
+  { ...around, margin: number, skew: number, meetings: list(text), allowed_pairs: pairs },
 );
 
 export type Parsed = { request: PlanRequest; fault?: undefined } | { request?: undefined; fault: string };
 
-// Reads a request from a JSON text; else the fault says which field must be what.
+// Reads a request from a JSON text, or a cell as the request of its first robot; else the fault says which field must be what.
 export function parseRequest(json: string): Parsed {
   let value: unknown;
   try {
@@ -148,6 +153,8 @@ export function parseRequest(json: string): Parsed {
   } catch (error) {
     return { fault: error instanceof Error ? error.message : String(error) };
   }
-  const fault = request(value, '');
-  return fault === null ? { request: value as PlanRequest } : { fault };
+  const isCell = typeof value === 'object' && value !== null && 'robots' in value;
+  const fault = (isCell ? cell : request)(value, '');
+  if (fault !== null) return { fault };
+  return { request: isCell ? shownOf(value as CellRequest, 0) : (value as PlanRequest) };
 }

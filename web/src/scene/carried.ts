@@ -11,40 +11,57 @@ export interface Stretch {
   placed: readonly Placed[];
 }
 
-// Where things are from the start on, and after each waypoint that takes or puts down; at one waypoint what is put down
-// comes first. Without a plan they are where they were at the start.
-export function stretchesOf(
-  placed: readonly Placed[],
-  request: PlanRequest | undefined,
-  answer: PlanAnswer | undefined,
-  robot: Robot,
-): Stretch[] {
+// A robot that takes things and puts them down, as it is planned.
+export interface Carrier {
+  request: PlanRequest;
+  answer: PlanAnswer;
+  robot: Robot;
+  base: Matrix4; // where it stands, seen from the robot that is shown
+  meetings?: ReadonlyMap<number, number>; // when others have arrived at one of its waypoints, too, s
+}
+
+// Where things are from the start on, and after each waypoint at which a robot takes or puts down; at one time what is put
+// down comes first. Without a plan they are where they were at the start.
+export function stretchesOf(placed: readonly Placed[], carriers: readonly Carrier[]): Stretch[] {
   const stretches: Stretch[] = [{ from: -Infinity, placed }];
-  if (!request || !answer) return stretches;
-  let now = placed;
-  request.waypoints.forEach(({ attach = [], detach = [] }, index) => {
-    const planned = plannedWaypoint(answer, index);
-    if (!planned || attach.length + detach.length === 0) return;
-    const joints = jointMatrices(robot, planned.position);
-    for (const id of detach) now = now.map((one) => (one.id === id ? moved(one, null, joints) : one));
-    for (const { id, link } of attach) {
-      const holder = robot.placements.find(({ frame }) => frame === (link ?? robot.tip_frame));
-      if (holder) now = now.map((one) => (one.id === id ? moved(stoppedAt(one, planned.arrival_time), holder.after, joints) : one));
-    }
-    stretches.push({ from: planned.arrival_time, placed: now });
-  });
+  for (const { time, change } of carriers.flatMap(changesOf).sort((a, b) => a.time - b.time || a.order - b.order)) {
+    const last = stretches.at(-1)!;
+    const next = { from: time, placed: last.placed.map(change) };
+    if (last.from === time) stretches.pop();
+    stretches.push(next);
+  }
   return stretches;
 }
 
-// A moving object where it is at a time, from then on without a motion of its own.
-function stoppedAt({ at, ...one }: Placed, time: number): Placed {
-  return at ? { ...one, matrix: at(time) } : one;
+interface Change {
+  time: number; // s
+  order: 0 | 1; // at one time
+  change: (one: Placed) => Placed;
 }
 
-// The same thing at the same place, from here on behind other joints, or standing still.
-function moved(one: Placed, after: number | null, joints: readonly Matrix4[]): Placed {
-  const inBase = one.after === null ? one.matrix : joints[one.after]!.clone().multiply(one.matrix);
-  return { ...one, after, matrix: after === null ? inBase : joints[after]!.clone().invert().multiply(inBase) };
+// What the robot of a number takes and puts down.
+function changesOf({ request, answer, robot, base, meetings }: Carrier, by: number): Change[] {
+  return request.waypoints.flatMap(({ attach = [], detach = [] }, index): Change[] => {
+    const planned = plannedWaypoint(answer, index);
+    if (!planned || attach.length + detach.length === 0) return [];
+    const time = meetings?.get(index) ?? planned.arrival_time;
+    const joints = jointMatrices(robot, planned.position).map((matrix) => matrix.premultiply(base));
+    const release = (one: Placed): Placed =>
+      detach.includes(one.id) && one.after !== null && one.by === by
+        ? { ...one, after: null, matrix: joints[one.after]!.clone().multiply(one.matrix) }
+        : one;
+    const take = (one: Placed): Placed => {
+      const link = attach.find(({ id }) => id === one.id)?.link ?? robot.tip_frame;
+      const holder = robot.placements.find(({ frame }) => frame === link);
+      if (one.after !== null || !holder || !attach.some(({ id }) => id === one.id)) return one;
+      const matrix = (one.at?.(time) ?? one.matrix).clone();
+      return { ...one, at: undefined, by, after: holder.after, matrix: matrix.premultiply(joints[holder.after]!.clone().invert()) };
+    };
+    return [
+      { time, order: 0, change: release },
+      { time, order: 1, change: take },
+    ];
+  });
 }
 
 // Where things are at a time, s; the same array until something is taken or put down, unless there are moving objects.

@@ -11,6 +11,7 @@ export interface Placed {
   margin: number; // m
   matrix: Matrix4; // in the frame that stands still; of what is carried: behind so many joints
   after: number | null; // joints before it; null: none
+  by: number; // the robot whose joints these are: 0 is the one that is shown
   at?: (time: number) => Matrix4; // of a moving object: the matrix at a time, s
 }
 
@@ -20,7 +21,7 @@ export type Setting = Pick<PlanRequest, 'frames' | 'tool' | 'mounting'> & { scen
 const ONE = new Vector3(1, 1, 1);
 
 // The objects of a scene in the frame that stands still, and what is attached to the robot behind its joints.
-export function placedOf(setting: Setting, robot: Robot): Placed[] {
+export function placedOf(setting: Setting, robot: Robot, by = 0): Placed[] {
   const { scene } = setting;
   if (!scene) return [];
   const toBase = mountingOf(setting, robot).invert();
@@ -28,12 +29,13 @@ export function placedOf(setting: Setting, robot: Robot): Placed[] {
   const objects = (scene.objects ?? []).map(({ id, shape, pose, frame, margin, motion }): Placed => {
     const inFrame = matrixOfPose(pose);
     const toFrame = frame === 'base' ? new Matrix4() : toBase.clone().multiply(frameOf(setting, frame));
-    const there: Placed = { id, shape, margin: margin ?? usual, matrix: toFrame.clone().multiply(inFrame), after: null };
+    const there: Placed = { id, shape, margin: margin ?? usual, matrix: toFrame.clone().multiply(inFrame), after: null, by: 0 };
     return motion ? { ...there, at: (time) => toFrame.clone().multiply(movedPose(motion, inFrame, time)) } : there;
   });
   const attached = (scene.attached ?? []).flatMap(({ id, shape, pose, link, margin }): Placed[] => {
     const holder = placeOfLink(setting, robot, link);
-    return holder ? [{ id, shape, margin: margin ?? 0, matrix: holder.matrix.multiply(matrixOfPose(pose)), after: holder.after }] : [];
+    if (!holder) return [];
+    return [{ id, shape, margin: margin ?? 0, matrix: holder.matrix.multiply(matrixOfPose(pose)), after: holder.after, by }];
   });
   return [...objects, ...attached];
 }

@@ -3,7 +3,19 @@ import type { components, paths } from './openapi';
 
 type Schemas = components['schemas'];
 
-export type PlanRequest = Omit<Schemas['PlanRequest'], 'waypoints'> & { waypoints: Waypoint[] };
+// On the page, the request of a robot in a cell carries the rest of the cell (request/cells.ts).
+export type PlanRequest = Omit<Schemas['PlanRequest'], 'waypoints'> & { waypoints: Waypoint[]; cell?: RestOfCell };
+export type CellMember = Omit<Schemas['CellMember'], 'waypoints'> & { waypoints: Waypoint[] };
+export type CellRequest = Omit<Schemas['CellRequest'], 'robots'> & { robots: CellMember[] };
+export type CellAnswer = Schemas['CellAnswer'];
+export interface RestOfCell {
+  name: string; // of the robot that is shown
+  index: number; // of that robot in the cell
+  others: readonly CellMember[];
+  held?: Pick<CellMember, 'attached' | 'allowed_pairs'>; // of that robot, beside a scene that the service keeps
+  rules: CellRules;
+}
+export type CellRules = Pick<CellRequest, 'margin' | 'allowed_pairs' | 'meetings' | 'skew'>;
 // A goal set has none of the other fields of waypoints: its options have them.
 export type GoalSet = Schemas['GoalSet'] & Partial<Omit<Schemas['JointWaypoint'], 'kind' | 'name' | 'position' | 'actions'>>;
 export type Waypoint = Schemas['SingleWaypoint'] | GoalSet;

@@ -10,7 +10,7 @@ import { kept } from '../state/ends';
 import { shownPath } from '../state/path_import';
 import { select } from '../state/selection';
 import { firstPosition, shownPosition } from '../state/jointPosition';
-import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
+import { compared, links, ownProblem, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
 import { hasVisuals, showsSolids, toggleSolids } from '../state/shapes';
 import { theme } from '../state/theme';
@@ -41,16 +41,18 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
   const [failed, setFailed] = useState(false);
   useEffect(() => {
     let stop = (): void => undefined;
-    void Promise.all([import('./stage'), import('../state/placed'), import('../state/drawn_shapes')]).then(([{ Stage }, placed, drawn]) => {
-      if (!canvas.current) return;
-      try {
-        const made = new Stage(canvas.current);
-        stop = follow(made, { ...placed, ...drawn }, dragging);
-        setStage(made);
-      } catch {
-        setFailed(true); // a browser without WebGL: everything else works
-      }
-    });
+    void Promise.all([import('./stage'), import('../state/placed'), import('../state/drawn_shapes'), import('../state/others')]).then(
+      ([{ Stage }, placed, drawn, others]) => {
+        if (!canvas.current) return;
+        try {
+          const made = new Stage(canvas.current);
+          stop = follow(made, { ...placed, ...drawn, ...others }, dragging);
+          setStage(made);
+        } catch {
+          setFailed(true); // a browser without WebGL: everything else works
+        }
+      },
+    );
     return () => stop();
   }, []);
   return (
@@ -165,9 +167,11 @@ function hindranceOf(reach: Reach | null): Pair | null {
   return reach && 'collision' in reach && reach.collision ? { names: reach.collision.pair, position: reach.position } : null;
 }
 
+type Drawing = typeof import('../state/placed') & typeof import('../state/drawn_shapes') & typeof import('../state/others');
+
 function follow(
   stage: Stage,
-  { movable, placedAtPair, standing, shownShapes }: typeof import('../state/placed') & typeof import('../state/drawn_shapes'),
+  { movable, placedAtPair, standing, shownShapes, otherRobots, otherPositions }: Drawing,
   dragging: Dragging | undefined,
 ): () => void {
   stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);
@@ -182,6 +186,12 @@ function follow(
       else stage.removeRobot();
     }),
     effect(() => stage.setShapes(shownShapes.value)),
+    effect(() => stage.setOthers(otherRobots.value)),
+    effect(() => {
+      otherRobots.value;
+      stage.others.pose(otherPositions.value);
+      stage.draw();
+    }),
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;
@@ -190,6 +200,7 @@ function follow(
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;
+      otherRobots.value;
       stage.setMovable(movable.value);
     }),
     effect(() => {
@@ -238,7 +249,7 @@ function follow(
     effect(() => stage.setGhosts(request.peek(), compared.value, JOINT_COLOURS)),
     effect(() => {
       robot.value; // a ghost of another robot goes
-      stage.setProblem(problem.value);
+      stage.setProblem(ownProblem.value);
     }),
     effect(() => {
       if (robot.value) stage.setJointPosition(shownPosition(robot.value));

@@ -4,6 +4,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { stretchesOfTools } from '../plan/tools';
 import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, WorkspaceAnswer } from '../service/types';
 import type { Kept } from '../state/ends';
+import type { OtherRobot } from '../state/others';
 import type { Planned } from '../state/store';
 import { matrixOf } from '../robot/chain';
 import { linkShapes, reach, type Shape } from '../robot/shapes';
@@ -18,6 +19,7 @@ import { axes, ball, disposeOf, ghostLine, ground, pathLine, toolFrame, waypoint
 import { instanceAt, listenToClicks } from './picking';
 import { previewMarks, type PreviewedPath } from './guides';
 import { keptMarks } from './kept';
+import { OtherArms } from './others';
 import { gapMark, obstacles } from './obstacles';
 import { pointsOf, type Pair } from '../scene/pair';
 import { mountingOf, toolOf, type Placed, type Setting } from '../scene/objects';
@@ -29,6 +31,7 @@ export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(38, 1, 0.01, 100);
   private readonly frames = new Frames();
+  readonly others = new OtherArms();
   readonly controls: OrbitControls;
   readonly gizmo: Gizmo;
   private readonly renderer: WebGLRenderer;
@@ -36,7 +39,6 @@ export class Stage {
   private robot?: Robot;
   private shapes: readonly Shape[] = [];
   private drawn: Partial<Record<Drawn | 'grid', Object3D>> = {};
-  private carried: Object3D[] = [];
   private tool?: Object3D;
   private cloud?: Cloud;
   private waypoints: readonly number[] = []; // of the request, by the ball
@@ -50,7 +52,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.localClippingEnabled = true;
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.frames.standing, ...lights());
+    this.scene.add(this.frames.standing, this.others.object, ...lights());
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.draw());
     this.gizmo = new Gizmo(this.camera, canvas, this.frames.base, this.scene, 0.7);
@@ -122,22 +124,15 @@ export class Stage {
     if (isNew) this.refit();
   }
 
-  // What the robot carries now, and what it takes later or has put down.
+  // What robots carry now, and what they take later or have put down.
   setMovable(placed: readonly Placed[]): void {
-    this.carried.forEach(disposeOf);
-    this.carried = placed.filter(({ after }) => after !== null).map((one) => this.carry(one, one.after!));
+    this.others.carry(this.arm, placed, (one) => this.things([one])!);
     this.replace('waiting', this.things(placed.filter(({ after }) => after === null)));
   }
 
-  private carry(one: Placed, after: number): Object3D {
-    const object = this.things([one])!;
-    this.arm?.attach(after, object);
-    return object;
-  }
-
   private things(placed: readonly Placed[]): Object3D | undefined {
-    const colours = { thing: styleColour('--thing'), margin: styleColour('--margin') };
-    return placed.length > 0 ? obstacles(placed, this.extent, colours) : undefined;
+    const [thing, margin] = [styleColour('--thing'), styleColour('--margin')];
+    return placed.length > 0 ? obstacles(placed, this.extent, { thing, margin }) : undefined;
   }
 
   // Shows where two things are nearest: a line between them, and the shapes of the links that are held against objects.
@@ -148,6 +143,11 @@ export class Stage {
     this.replace('gap', ends ? gapMark(ends, this.extent * 0.007, colour) : undefined);
     const shapes = linkShapes(links.filter(({ link }) => pair?.names.includes(link)));
     this.replace('pair', isOfRobot && shapes.length > 0 ? this.ghost(pair.position, colour, shapes) : undefined);
+  }
+
+  // The other robots of the cell; others than before are brought into view.
+  setOthers(robots: readonly OtherRobot[]): void {
+    if (this.others.set(robots) && this.robot && this.others.object.children.some((arm) => !isSeen(arm, this.camera))) this.refit();
   }
 
   setJointPosition(position: readonly number[]): void {
@@ -171,7 +171,7 @@ export class Stage {
   private refit(from = this.camera.position.clone().sub(this.controls.target)): void {
     for (const share of SHARES) {
       this.fit(from, share);
-      if (areSeen([...this.ends(), this.drawn.path], this.swept, this.camera)) return;
+      if (areSeen([...this.ends(), ...this.others.object.children, this.drawn.path], this.swept, this.camera)) return;
     }
   }
 
@@ -234,7 +234,6 @@ export class Stage {
     return arm.object;
   }
 
-  // The ground under the robot, in the colours of the theme.
   setGround(): void {
     disposeOf(this.drawn.grid);
     this.drawn.grid = ground(this.extent, Math.min(0, this.bounds().min.z), styleColour('--grid-strong'), styleColour('--ground'));
@@ -246,7 +245,8 @@ export class Stage {
   private bounds(...more: readonly (Object3D | undefined)[]): Box3 {
     this.frames.standing.updateWorldMatrix(true, true);
     const box = new Box3().setFromPoints([...this.swept]);
-    for (const object of [this.arm?.object, this.drawn.path, ...this.ends(), ...more]) if (object) box.expandByObject(object);
+    for (const object of [this.arm?.object, ...this.others.object.children, this.drawn.path, ...this.ends(), ...more])
+      if (object) box.expandByObject(object);
     return box.isEmpty() ? new Box3(new Vector3(-1, -1, 0), new Vector3(1, 1, 1)) : box;
   }
 

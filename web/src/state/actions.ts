@@ -1,11 +1,12 @@
 // What people do: each changes the request, and a changed request is planned.
 import { batch } from '@preact/signals';
 import type { LinkShape, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
-import { inserted, jointWaypoint, poseWaypoint } from '../request/edits';
+import { inserted, jointWaypoint, poseWaypoint, withoutEmpty } from '../request/edits';
 import type { Example } from '../request/examples';
 import { edited, redone, undone } from '../request/history';
 import { toolAt } from '../plan/tools';
 import { client, isAway, outcome } from '../service/client';
+import { describe } from './described';
 import { backendOf, forgetOptions, keepOptions } from './options';
 import { planSoon, stopPlanning } from './planning';
 import { isAnchored, playing, time } from './playback';
@@ -57,6 +58,8 @@ export async function settle(): Promise<void> {
   selected.value = Math.min(selected.value, shown.waypoints.length - 1);
   const arm = robot.value?.id === shown.robot ? robot.value : await loadRobot(shown);
   if (!arm || request.value !== shown) return;
+  await describe(shown.cell?.others.map((other) => other.robot) ?? []);
+  if (request.value !== shown) return;
   planSoon();
   if (shown.scene && links.value.length === 0) await showLinks(arm);
 }
@@ -123,7 +126,11 @@ export async function chooseRobot(id: string): Promise<void> {
   }
   playing.value = false;
   time.value = 0;
-  show({ robot: id, waypoints: firstMotion(found.answer), backend: request.value?.backend }, texts.said.robot(id));
+  const before = request.value;
+  const { mounting, scene, frames, deadline, cell } = before?.cell ? before : {}; // a robot of a cell has the place of the one before
+  const place = { mounting, scene, frames, deadline, cell };
+  const next = { robot: id, waypoints: firstMotion(found.answer), backend: before?.backend, ...place };
+  show(withoutEmpty(next), texts.said.robot(id));
 }
 
 export function firstMotion(arm: Robot): Waypoint[] {

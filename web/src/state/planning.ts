@@ -1,12 +1,16 @@
 // Has the request planned, a moment after its last change; an answer to an older request is dropped.
 import { batch, effect } from '@preact/signals';
+import { alone, cellOf, robotsOf } from '../request/cells';
 import { messageOf } from '../request/messages';
 import { client, outcome } from '../service/client';
+import type { Outcome } from '../service/client';
 import { timings } from '../service/timing';
 import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
 import { backendOf } from './options';
 import { backends, compared, comparing, notice, plan, planning, problem, request, robot, waited } from './store';
-import { settleTime } from './playback';
+import type { Planned } from './store';
+import { describedRobot } from './described';
+import { durationOf, settleTime } from './playback';
 import { texts } from '../texts';
 
 const DELAY = 250; // ms after the last change
@@ -53,8 +57,7 @@ export async function planNow(): Promise<void> {
   planning.value = true;
   const begun = performance.now();
   try {
-    const call = client.POST('/v1/trajectories', { body: withShown(asked, arm), signal });
-    const found = await outcome(call as AsJson<typeof call>);
+    const found = await (asked.cell ? planCell(asked, signal) : planRequest(asked, arm, signal));
     if (signal.aborted) return;
     batch(() => {
       planning.value = false;
@@ -63,18 +66,36 @@ export async function planNow(): Promise<void> {
         notice.value = messageOf(found.problem, arm.joints).sentences[0]!;
         return;
       }
-      plan.value = { request: asked, answer: found.answer, took: (performance.now() - begun) / 1000 };
+      plan.value = { request: asked, ...found.answer, took: (performance.now() - begun) / 1000 };
       settleTime();
-      notice.value = texts.said.planned(found.answer.duration);
+      notice.value = texts.said.planned(durationOf(plan.value));
     });
   } catch {
     // A newer request has taken its place, or a person has cancelled it.
   }
 }
 
+type Found = Outcome<Pick<Planned, 'answer' | 'cell'>>;
+
+async function planRequest(asked: PlanRequest, arm: Robot, signal: AbortSignal): Promise<Found> {
+  const call = client.POST('/v1/trajectories', { body: withShown(asked, arm), signal });
+  const found = await outcome(call as AsJson<typeof call>);
+  return found.problem ? found : { answer: { answer: found.answer } };
+}
+
+async function planCell(asked: PlanRequest, signal: AbortSignal): Promise<Found> {
+  const cell = cellOf(asked)!;
+  const robots = robotsOf(asked).map((own, index) => {
+    const { include, sample_period } = withShown(own, describedRobot(own.robot));
+    return { ...cell.robots[index]!, include, sample_period };
+  });
+  const found = await outcome(client.POST('/v1/cells/plan', { body: { ...cell, robots }, signal }));
+  return found.problem ? found : { answer: { answer: found.answer.robots[asked.cell!.index]!.plan, cell: found.answer } };
+}
+
 // The request with what the page draws besides; torques only of a robot whose masses are known.
-export function withShown(asked: PlanRequest, arm: Robot): PlanRequest {
-  const torque: Include[] = arm.mass > 0 ? ['torque'] : [];
+export function withShown(asked: PlanRequest, arm: Robot | null): PlanRequest {
+  const torque: Include[] = (arm?.mass ?? 0) > 0 ? ['torque'] : [];
   const include = [...new Set([...(asked.include ?? []), ...SHOWN, ...torque])];
   const longest = asked.duration ?? 0;
   const period = Math.max(asked.sample_period ?? 0.01, longest / MOST_SAMPLES);
@@ -86,7 +107,7 @@ export async function compare(): Promise<void> {
   const [asked, arm] = [request.value, robot.value];
   if (!asked || !arm || comparing.value) return;
   comparing.value = true;
-  const rest = { ...asked, backend: undefined };
+  const rest = { ...alone(asked), backend: undefined };
   const kinds = backends.value.map(({ kind }) => backendOf(kind));
   const body = { ...rest, include: ['tcp_pose'] as Include[], backends: kinds };
   const call = client.POST('/v1/trajectories/compare', { body });

@@ -2,6 +2,7 @@
 import { effect, signal } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
 import { isStale, selected, shownPlan } from './store';
+import type { Planned } from './store';
 
 export const time = signal(0);
 export const playing = signal(false);
@@ -11,8 +12,13 @@ export const SPEEDS: readonly number[] = [0.1, 0.25, 0.5, 1, 2, 4];
 
 let last = 0;
 
+// How long all move: of a cell, until the last robot has ended.
+export function durationOf(shown: Planned | null): number {
+  return shown?.cell?.duration ?? shown?.answer.duration ?? 0;
+}
+
 export function duration(): number {
-  return shownPlan.value?.answer.duration ?? 0;
+  return durationOf(shownPlan.value);
 }
 
 export function seek(to: number): void {

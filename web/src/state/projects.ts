@@ -1,12 +1,14 @@
 // Requests that a person keeps by name in this browser.
 import { signal } from '@preact/signals';
+import { documentOf } from '../request/cells';
 import { parseRequest } from '../request/parse';
-import type { PlanRequest, Problem } from '../service/types';
+import type { CellRequest, PlanRequest, Problem } from '../service/types';
 import { texts } from '../texts';
 import { openRequest } from './actions';
 import { request } from './store';
 
-type Projects = Readonly<Record<string, PlanRequest>>;
+// As the service plans them: a cell as a whole.
+type Projects = Readonly<Record<string, PlanRequest | CellRequest>>;
 
 // Why a project was not saved, opened or deleted: there is no room, another page has changed it, it is no request, or the
 // service says so.
@@ -26,8 +28,7 @@ addEventListener('storage', ({ key }) => {
 function kept(): Projects {
   try {
     const found = Object.entries(JSON.parse(localStorage.getItem(KEY) ?? '{}') as object);
-    const parsed = found.map(([name, value]) => [name, parseRequest(JSON.stringify(value)).request] as const);
-    return Object.fromEntries(parsed.filter((one): one is readonly [string, PlanRequest] => one[1] !== undefined));
+    return Object.fromEntries(found.filter(([, value]) => parseRequest(JSON.stringify(value)).request));
   } catch {
     return {};
   }
@@ -35,7 +36,7 @@ function kept(): Projects {
 
 // The browser may have no room for it; or it has another project of this name, which this tab has not seen.
 export function saveProject(name: string, overwrites = false): Failure | null {
-  const [shown, stored] = [request.value, kept()[name]];
+  const [shown, stored] = [request.value && documentOf(request.value), kept()[name]];
   if (!shown) return null;
   const [ours, theirs] = [JSON.stringify(shown), JSON.stringify(stored)];
   if (stored && !overwrites && theirs !== ours && theirs !== seen.get(name)) {
@@ -63,10 +64,16 @@ function keep(next: Projects): boolean {
   return true;
 }
 
+// The request of a project; null: there is none.
+export function projectRequest(name: string): PlanRequest | null {
+  return parseRequest(JSON.stringify(projects.value[name] ?? null)).request ?? null;
+}
+
 export function openProject(name: string): null {
-  const found = kept()[name];
+  const stored = JSON.stringify(kept()[name] ?? null);
+  const { request: found } = parseRequest(stored);
   if (!found) return null;
-  seen.set(name, JSON.stringify(found));
+  seen.set(name, stored);
   openRequest(found, texts.projects.opened(name));
   return null;
 }

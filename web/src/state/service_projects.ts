@@ -1,5 +1,6 @@
 // Requests that the service keeps by name: other browsers open them, too, with keys those with the same key.
 import { signal } from '@preact/signals';
+import { documentOf } from '../request/cells';
 import { parseRequest } from '../request/parse';
 import { client, outcome } from '../service/client';
 import type { Outcome } from '../service/client';
@@ -23,7 +24,7 @@ export async function listProjects(): Promise<void> {
 // A project that another browser has changed is overwritten only where a person says so; one that is deleted comes back.
 export async function saveOnService(name: string, overwrites = false): Promise<Failure | null> {
   if (!request.value) return null;
-  const body = { ...request.value };
+  const body = { ...documentOf(request.value) };
   const put = (tag: string | undefined): Promise<Outcome<ProjectSummary>> => {
     const header = tag === undefined ? { 'If-None-Match': '*' } : { 'If-Match': tag };
     return outcome(client.PUT('/v1/projects/{name}', { params: { path: { name }, header }, body }));

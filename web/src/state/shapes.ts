@@ -38,7 +38,12 @@ export function followVisuals(): void {
 }
 
 async function loadVisuals(arm: Robot): Promise<void> {
+  const file = await visualsOf(arm);
+  if (file && robot.value === arm) visuals.value = { of: arm, file };
+}
+
+export async function visualsOf(arm: Robot): Promise<ArrayBuffer | null> {
   const call = client.GET('/v1/robots/{id}/visuals', { params: { path: { id: arm.id } }, parseAs: 'arrayBuffer' });
   const { answer } = await outcome<ArrayBuffer>(call);
-  if (answer && robot.value === arm) visuals.value = { of: arm, file: answer };
+  return answer ?? null;
 }

@@ -2,6 +2,7 @@
 import { computed, signal } from '@preact/signals';
 import type {
   BackendDescription,
+  CellAnswer,
   ComparedBackend,
   LinkShape,
   PlanAnswer,
@@ -18,6 +19,7 @@ export interface Planned {
   request: PlanRequest;
   answer: PlanAnswer;
   took: number; // s, as the caller waited
+  cell?: CellAnswer; // with the plans of all robots, of which `answer` is that of the robot that is shown
 }
 
 export interface Compared extends ComparedBackend {
@@ -49,4 +51,17 @@ export const banner = signal<Banner | null>(null); // what everybody is to see u
 
 // A plan is shown only for the robot that it was made for.
 export const shownPlan = computed(() => (plan.value?.answer.robot === robot.value?.id ? plan.value : null));
+// The index of the robot of the cell that a refusal is about; null: none or all of them.
+export const refusedRobot = computed(() => {
+  const { robot: index, errors } = problem.value ?? {};
+  const [, ofField] = /^\/robots\/(\d+)/.exec(errors?.[0]?.pointer ?? '') ?? [];
+  return index ?? (ofField === undefined ? null : Number(ofField));
+});
+
+// The refusal, unless it is about another robot than the one that is shown.
+export const ownProblem = computed(() => {
+  const [index, refused] = [request.value?.cell?.index, refusedRobot.value];
+  return index === undefined || refused === null || refused === index ? problem.value : null;
+});
+
 export const isStale = computed(() => plan.value !== null && plan.value.request !== request.value);

@@ -9,7 +9,7 @@ import type { Pair } from '../scene/pair';
 import { client, outcome } from '../service/client';
 import type { Clearance, Scene } from '../service/types';
 import { seek, time } from './playback';
-import { isStale, plan, problem, request, shownPlan } from './store';
+import { isStale, ownProblem, plan, request, shownPlan } from './store';
 
 export const KINDS = ['scene', 'itself', 'contacts'] as const;
 export type Kind = (typeof KINDS)[number];
@@ -75,7 +75,7 @@ export const nearest = computed<{ kind: Kind; clearance: Clearance } | null>(() 
 
 // The pair that a refusal names, else the one that comes nearest.
 export const shownPair = computed<Pair | null>(() => {
-  const refused = problem.value;
+  const refused = ownProblem.value;
   if (refused) return refused.pair && refused.position ? { names: refused.pair, position: refused.position } : null;
   const { pair, time } = nearest.value?.clearance ?? {};
   return pair && typeof time === 'number' ? { names: pair, position: positionAt(shownPlan.value!.answer, time) } : null;

@@ -6,7 +6,12 @@ export const ofPage: typeof english = {
   header: {
     robot: 'Roboter',
     chooseExample: 'Beispiele',
-    groups: { documents: 'Veröffentlichte Arbeiten', jobs: 'Alltägliche Aufgaben', features: 'Was verlangt werden kann' },
+    groups: {
+      documents: 'Veröffentlichte Arbeiten',
+      jobs: 'Alltägliche Aufgaben',
+      features: 'Was verlangt werden kann',
+      cells: 'Mehrere Roboter',
+    },
     backend: 'Verfahren',
     plan: 'Planen',
     planning: 'Plant …',

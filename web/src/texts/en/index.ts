@@ -1,5 +1,6 @@
 // All English texts.
 import { ofBatch } from './batch';
+import { ofCells } from './cells';
 import { ofFields } from './fields';
 import { ofMessages } from './messages';
 import { ofMotion } from './motion';
@@ -19,6 +20,7 @@ export const english = {
   ...ofResult,
   ...ofRobot,
   ...ofScene,
+  ...ofCells,
   ...ofBatch,
   ...ofReports,
 };

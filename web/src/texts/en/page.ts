@@ -5,7 +5,7 @@ export const ofPage = {
   header: {
     robot: 'Robot',
     chooseExample: 'Examples',
-    groups: { documents: 'Published works', jobs: 'Everyday jobs', features: 'What can be asked' },
+    groups: { documents: 'Published works', jobs: 'Everyday jobs', features: 'What can be asked', cells: 'Several robots' },
     backend: 'Back end',
     plan: 'Plan',
     planning: 'Planning …',
