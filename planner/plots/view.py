@@ -78,10 +78,12 @@ SAME_JOINT_DISTANCE = 1e-9
 def stick_model(robot: Robot, position: FloatArray) -> FloatArray:
     """Return the points (joints + 2, 3), m, of the model at a joint position: base, joints, tool.
 
-    They are in the frame that stands still, as all of a picture: with a positioner, the base frame moves.
+    They are in the frame that stands still, as all of a picture: with a positioner, the base frame moves. An arm that
+    holds the workpiece ends at its foot: it does not lead to the fixed tool.
     """
     pin.forwardKinematics(robot.model, robot.data, position)
-    tool = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id).translation
+    end = robot.tip_frame_id if robot.holds_workpiece else robot.tool_frame_id
+    tool = pin.updateFramePlacement(robot.model, robot.data, end).translation
     joint = int(robot.model.frames[robot.tool_frame_id].parentJoint)
     points = [tool.copy()]
     while joint > 0:

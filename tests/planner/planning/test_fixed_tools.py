@@ -129,10 +129,11 @@ def test_what_knows_only_a_base_that_stands_still_refuses_a_fixed_tool() -> None
 
 
 def test_pictures_stand_in_the_world() -> None:
-    """The tool is drawn where it stands, and the arm from there over its base to the part."""
+    """The tool is drawn where it stands, and the arm from the part to its foot."""
     q = np.array([[1.0, 0.5, 0.2, 1.3, -1.4, 0.3], [-2.0, -0.4, 0.1, 1.5, -1.2, 0.2]])
     points, rotations = drawn_tool_poses(SegmentDynamics.unchanged(CELL.robot), np.zeros(2, dtype=int), q)
     for row, point, rotation in zip(q, points, rotations, strict=True):
         np.testing.assert_allclose(point, CELL.fixed_tool.position, atol=1e-12)
         np.testing.assert_allclose(rotation, se3(CELL.fixed_tool).rotation, atol=1e-12)
-        np.testing.assert_allclose(stick_model(CELL.robot, row)[0], CELL.part(row).translation, atol=1e-12)
+        sticks = stick_model(CELL.robot, row)
+        np.testing.assert_allclose(sticks[[0, -1]], [CELL.part(row).translation, np.zeros(3)], atol=1e-12)

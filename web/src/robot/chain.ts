@@ -10,6 +10,11 @@ export function matrixOf({ position, quaternion_xyzw }: Placement): Matrix4 {
 
 const STANDING = 'positioner_base'; // the frame in which arm and positioner stand, while the base moves with the workpiece
 
+// Whether the tool stands in the cell, and the arm holds the workpiece.
+export function hasFixedTool(robot: Robot): boolean {
+  return robot.tip_frame === STANDING;
+}
+
 // The matrices of the base and of each joint's frame, in the frame that stands still: a frame `after` n joints moves with entry n.
 export function jointMatrices(robot: Robot, position: readonly number[]): Matrix4[] {
   const matrices = matricesInBase(robot, position);

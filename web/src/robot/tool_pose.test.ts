@@ -2,6 +2,7 @@ import { Matrix4, Quaternion, Vector3 } from 'three';
 import { expect, test } from 'vitest';
 import { quaternionOf } from '../request/rotations';
 import type { Robot } from '../service/types';
+import { drawnTool } from '../scene/objects';
 import { jointMatrices, matrixOf, toolMatrix } from './chain';
 import { toolPose } from './tool_pose';
 
@@ -43,4 +44,11 @@ test('beside a positioner all is drawn in the frame in which it stands', () => {
     const again = drawn![0]!.clone().multiply(inBase![k]!);
     matrix.elements.forEach((value, i) => expect(value).toBeCloseTo(again.elements[i]!, 9));
   });
+});
+
+test('a tool that stands in the cell is not drawn as if the arm held it', () => {
+  const robot = anyRobot(6);
+  const fixed = { ...robot, tip_frame: 'positioner_base' };
+  expect(drawnTool(null, robot).equals(matrixOf(robot.tool))).toBe(true);
+  expect(drawnTool(null, fixed).equals(new Matrix4())).toBe(true);
 });

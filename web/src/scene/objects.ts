@@ -1,7 +1,7 @@
 // What stands around the robot and what it carries, as a request's scene says it, and where that is.
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { PlanRequest, Pose, Robot, Scene, SceneShape } from '../service/types';
-import { matrixOf } from '../robot/chain';
+import { hasFixedTool, matrixOf } from '../robot/chain';
 import { quaternionOf } from '../request/rotations';
 import { movedPose } from './motions';
 
@@ -49,6 +49,11 @@ export function mountingOf(setting: Setting, robot: Robot): Matrix4 {
 // The tool centre point in the tip frame: the tool that is asked for, else the robot's.
 export function toolOf(tool: Pose | null | undefined, robot: Robot): Matrix4 {
   return tool ? matrixOfPose(tool) : matrixOf(robot.tool);
+}
+
+// The tool that is drawn between the tip and its centre point: none of a tool that stands in the cell.
+export function drawnTool(tool: Pose | null | undefined, robot: Robot): Matrix4 {
+  return hasFixedTool(robot) ? new Matrix4() : toolOf(tool, robot);
 }
 
 // A pose without an orientation has the axes of its frame.

@@ -22,7 +22,7 @@ import { keptMarks } from './kept';
 import { OtherArms } from './others';
 import { gapMark, obstacles } from './obstacles';
 import { pointsOf, type Pair } from '../scene/pair';
-import { mountingOf, toolOf, type Placed, type Setting } from '../scene/objects';
+import { drawnTool, mountingOf, toolOf, type Placed, type Setting } from '../scene/objects';
 
 type Drawn =
   'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud' | 'kept' | 'preview';
@@ -110,7 +110,7 @@ export class Stage {
     const tip = this.robot?.placements.find(({ frame }) => frame === this.robot!.tip_frame);
     disposeOf(this.tool);
     if (!this.robot || !tip) return;
-    this.tool = toolFrame(toolOf(asked, this.robot), this.extent, styleColour('--text-soft')).add(axes(this.extent * 0.09));
+    this.tool = toolFrame(drawnTool(asked, this.robot), this.extent, styleColour('--text-soft')).add(axes(this.extent * 0.09));
     this.tool.applyMatrix4(matrixOf(tip).multiply(toolOf(asked, this.robot)));
     this.arm?.attach(tip.after, this.tool);
     this.draw();
@@ -180,7 +180,7 @@ export class Stage {
     this.waypoints = shown?.answer.waypoints.map(({ index }) => index) ?? [];
     const tools = this.waypoints
       .map((index) => shown?.request.waypoints[index]?.tool)
-      .map((tool) => (tool ? toolOf(tool, this.robot!) : null));
+      .map((tool) => (tool ? drawnTool(tool, this.robot!) : null));
     const colours = [styleColour('--text-soft'), styleColour('--accent')] as const;
     this.replace('waypoints', shown ? waypointMarks(shown.answer, tools, this.extent * 0.008, chosen, ...colours) : undefined);
   }
@@ -222,8 +222,8 @@ export class Stage {
   // The handles at the chosen pose, with the tool that is to get there (undefined: none); a hand that holds them has put them where they are.
   setGizmo(pose: Pose | null, tool: Pose | null | undefined, mode: GizmoMode, ways: GizmoWays): void {
     if (this.gizmo.isHeld) return;
-    const mark = this.robot && tool !== undefined ? toolFrame(toolOf(tool, this.robot), this.extent, styleColour('--accent')) : undefined;
-    this.gizmo.show(pose, mode, ways, mark);
+    const drawn = this.robot && tool !== undefined ? drawnTool(tool, this.robot) : undefined;
+    this.gizmo.show(pose, mode, ways, drawn && toolFrame(drawn, this.extent, styleColour('--accent')));
     this.draw();
   }
 
