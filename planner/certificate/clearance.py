@@ -12,6 +12,7 @@ import numpy as np
 from planner.certificate.moving_objects import clearances_of_objects, first_contact
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.problems.problem import PlanningProblem
+from planner.problems.rides import handling_of
 from planner.scene.carried import checkers_of_segments
 from planner.scene.checker import AMONG_OBJECTS, CONTACTS, ITSELF, CollisionChecker, checker_of
 from planner.scene.continuous import Clearances, Nearest, clearances, edge
@@ -119,7 +120,7 @@ def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[C
     """Return the collision checker of each segment, the same object where nothing changes."""
     if problem.scene is None:
         return (checker_of(problem.robot, None, problem.self_collision),) * max(1, len(positions) - 1)
-    return checkers_of_segments(problem.robot, problem.scene, problem.self_collision, problem.handling, positions)
+    return checkers_of_segments(problem.robot, problem.scene, problem.self_collision, handling_of(problem), positions)
 
 
 def certify_clearance_along(

@@ -85,6 +85,7 @@ def _certify_ride(trajectory: Trajectory, problem: PlanningProblem, riding: list
     paths = {k: line.parts for k, line in enumerate(lines)}
     found = bound_deviations(seen, dynamics, paths, np.array(limits), left_out)
     slip = _slip(thing, base, velocity, begin, _free_until(trajectory, problem, riding))
+    slip += max(_late_release(trajectory, problem, k) for k in riding) * float(np.linalg.norm(velocity))
     return [
         Check(
             quantity=quantity,
@@ -145,6 +146,14 @@ def _free_until(trajectory: Trajectory, problem: PlanningProblem, riding: list[i
     taken = (k for k in riding if any(take.id == motion.thing.id for take in problem.waypoints[k].attach))
     k = next(taken, None)
     return float(trajectory.departures[riding[-1]] if k is None else trajectory.arrivals[k])
+
+
+def _late_release(trajectory: Trajectory, problem: PlanningProblem, waypoint: int) -> float:
+    """Return how late the robot puts down objects, s, compared with their motion in the scene."""
+    motion = problem.waypoints[waypoint].motion
+    if not isinstance(motion, RideMotion) or not problem.waypoints[waypoint].detach:
+        return 0.0
+    return abs(float(trajectory.arrivals[waypoint]) - motion.end)
 
 
 def _slip(thing: SceneObject, base: Pose, velocity: FloatArray, begin: float, end: float) -> float:

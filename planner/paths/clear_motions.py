@@ -21,6 +21,7 @@ from planner.problems.problem import (
     PoseWaypoint,
     Waypoint,
 )
+from planner.problems.rides import handling_of
 from planner.robots.tools import with_tools
 from planner.scene import CollisionChecker, clearances, edge, is_free
 from planner.scene.carried import checker_at_waypoints, checkers_of_segments
@@ -59,13 +60,13 @@ class ClearMotions(Surroundings):
     @classmethod
     def of(cls, problem: PlanningProblem, waypoints: Sequence[AnyWaypoint]) -> ClearMotions | None:
         """Prepare for a problem whose waypoints are within the limits; None: nothing may collide."""
-        checker = checker_at_waypoints(problem.robot, problem.scene, problem.self_collision, problem.handling)
+        checker = checker_at_waypoints(problem.robot, problem.scene, problem.self_collision, handling_of(problem))
         return None if checker is None or checker.is_empty else cls(problem, waypoints, checker)
 
     def judges_motions(self, index: int) -> bool:
         """Tell whether a tool motion begins or ends at a waypoint, or the robot has handled objects by then."""
         is_joint_motion = index == 0 or isinstance(self._waypoints[index].motion, JointMotion)
-        handles = any(not done.is_none for done in self._problem.handling[: index + 1])
+        handles = any(not done.is_none for done in handling_of(self._problem)[: index + 1])
         return bool(self._after(index)) or not is_joint_motion or handles
 
     def _after(self, index: int) -> list[AnyWaypoint]:
@@ -166,7 +167,7 @@ class ClearMotions(Surroundings):
     def _positions_before(self, chosen: Sequence[AnyWaypoint], count: int) -> FloatArray:
         """Return joint positions (count, joints) of the first waypoints, if the robot handles objects there."""
         if count not in self._before:
-            handles = any(not done.is_none for done in self._problem.handling[:count])
+            handles = any(not done.is_none for done in handling_of(self._problem)[:count])
             solved = self._solved(0, chosen[:count]) if handles else None
             rows = [waypoint.position for waypoint in solved or ()] or np.zeros((count, self._problem.robot.dof))
             self._before[count] = np.array(rows)
@@ -177,7 +178,7 @@ class ClearMotions(Surroundings):
 
         `positions` (waypoints, joints) belong to all waypoints up to the last segment's end.
         """
-        scene, handling = self._problem.scene, self._problem.handling[: len(positions)]
+        scene, handling = self._problem.scene, handling_of(self._problem)[: len(positions)]
         if scene is None or all(done.is_none for done in handling):
             return (self._checker,) * (len(positions) + 1)
         itself = self._problem.self_collision

@@ -23,7 +23,7 @@ from planner.roadmap import Roadmap
 from planner.robots import Robot
 from planner.robots.payload import Payload, ProcessForce
 from planner.robots.tools import with_tools
-from planner.scene.scene import Attach, Handling, Scene
+from planner.scene.scene import Attach, Scene
 from planner.spatial import ROTATION_TOLERANCE, Pose, as_pose, convert_poses
 from planner.speed_zones import SpeedZone
 from planner.trajectories.trajectory import Trajectory
@@ -155,7 +155,8 @@ class Waypoint:
         payload: The payload after this waypoint; None: unchanged. It changes only at stops; limits hold with both.
         put_down: Whether the robot puts down its payload here and continues without one.
         attach: Objects of the scene that the robot takes here, where it must stop. Set their mass in `payload`.
-        detach: Names of carried objects that the robot puts down here, where they stay. The robot must stop here.
+        detach: Names of carried objects that the robot puts down here, where they stay, or move along with the object
+            that the waypoint is on. The robot must stop here.
         tool: The tool centre point in the tip frame from this waypoint on; None: unchanged. The pose of this waypoint
             and the motion to it refer to this tool. The robot must stop at the waypoint before.
         process_force: The force of the tool on the segment that ends here; it changes only where the robot stops.
@@ -388,11 +389,6 @@ class PlanningProblem:
             payload = None if waypoint.put_down else waypoint.payload or payload
             carried.append(payload)
         return tuple(carried)
-
-    @property
-    def handling(self) -> tuple[Handling, ...]:
-        """The objects that the robot takes and puts down at each waypoint."""
-        return tuple(Handling(waypoint.attach, waypoint.detach) for waypoint in self.waypoints)
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:

@@ -21,7 +21,7 @@ from planner.problems.problem import (
 )
 from planner.problems.transitions import StopTransition
 from planner.scene.motions import ConstantVelocity
-from planner.scene.scene import SceneObject
+from planner.scene.scene import Carrier, Handling, SceneObject
 from planner.spatial import Pose
 from planner.trajectories.polynomials import PiecewisePolynomial
 
@@ -60,10 +60,17 @@ class RideMotion(JointMotion):
         curve: Joint positions over time from the arrival at the waypoint before, s: the rest there relative to the
             object, then the motion. C2.
         thing: The object as requested.
+        end: When the motion ends, s.
     """
 
     curve: PiecewisePolynomial = field(kw_only=True)
     thing: SceneObject = field(kw_only=True)
+    end: float = field(kw_only=True)
+
+    @property
+    def carrier(self) -> Carrier:
+        """The object with which the robot moves along at the end."""
+        return Carrier(self.thing, self.end)
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,14 @@ def rides_of(problem: PlanningProblem) -> list[Ride]:
 def object_of(waypoint: AnyWaypoint) -> str | None:
     """Return the name of the object that a waypoint is on; None: it is on none."""
     return waypoint.on if isinstance(waypoint, PoseWaypoint) else None
+
+
+def handling_of(problem: PlanningProblem) -> tuple[Handling, ...]:
+    """Return the objects that the robot takes and puts down at each waypoint."""
+    return tuple(
+        Handling(own.attach, own.detach, own.motion.carrier if isinstance(own.motion, RideMotion) else None)
+        for own in problem.waypoints
+    )
 
 
 def is_riding(problem: PlanningProblem, waypoint: int) -> bool:
@@ -151,8 +166,13 @@ def _waypoint_faults(problem: PlanningProblem, ride: Ride) -> Iterator[tuple[Fie
                 yield (*path, name), f"must be left out {where}"
         if i > ride.first and not (type(waypoint.motion) is LinearMotion and waypoint.motion.free is None):
             yield (*path, "motion"), "must be a straight line without `free`: the tool moves so relative to the object"
-        if waypoint.detach:
-            yield (*path, "detach"), "must be left out on an object: what is put down there stays where it is"
+        if waypoint.detach and any(take.id == ride.thing.id for other in waypoints for take in other.attach):
+            yield (*path, "detach"), f"must be left out on {ride.thing.id!r}, which the robot takes itself"
+        for j, other in enumerate(waypoints[i + 1 :], i + 1):
+            for k, take in enumerate(other.attach):
+                if take.id in waypoint.detach:
+                    text = f"must be another object: {take.id!r} moves along with {ride.thing.id!r} since waypoint {i}"
+                    yield ("waypoints", j, "attach", k, "id"), text
         for k, take in enumerate(waypoint.attach):
             if take.id != ride.thing.id:
                 yield (

@@ -27,7 +27,7 @@ from planner.problems.problem import (
     Turns,
 )
 from planner.problems.regions import Region, region_faults
-from planner.problems.rides import RideMotion, object_of
+from planner.problems.rides import RideMotion, handling_of, object_of
 from planner.problems.transitions import StopTransition
 from planner.robots import Robot
 from planner.scene.scene import Scene, handling_faults
@@ -58,9 +58,9 @@ def objects_handled_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath
     """Find objects that the robot cannot take or put down at their waypoint."""
     if problem.scene is not None:
         riding = [object_of(waypoint) for waypoint in problem.waypoints]
-        yield from handling_faults(problem.robot, problem.scene, problem.handling, riding)
+        yield from handling_faults(problem.robot, problem.scene, handling_of(problem), riding)
         yield from _early_takes(problem, problem.scene)
-    for i, (waypoint, done) in enumerate(zip(problem.waypoints, problem.handling, strict=True)):
+    for i, (waypoint, done) in enumerate(zip(problem.waypoints, handling_of(problem), strict=True)):
         if not done.is_none and problem.scene is None:
             yield (
                 ("waypoints", i, "attach" if done.taken else "detach"),

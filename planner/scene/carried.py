@@ -145,7 +145,8 @@ def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -
     for name in done.put_down:
         (held,) = (thing for thing in attached if thing.id == name)
         attached.remove(held)
-        objects.append(put_down(robot, held, position))
+        there = put_down(robot, held, position)
+        objects.append(there if done.carrier is None else done.carrier.moving_along(there))
     for take in done.taken:
         (thing,) = (thing for thing in objects if thing.id == take.id)
         objects.remove(thing)
@@ -163,6 +164,8 @@ def _near_after(
     taken = {take.id for take in done.taken}
     yield from _near(robot, scene, position, taken, None, DEEPEST_SUPPORT)
     for held in (held for held in before.attached if held.id in done.put_down and held.id not in taken):
+        there = put_down(robot, held, position)  # it may move from here on
+        scene = replace(scene, objects=[there if thing.id == held.id else thing for thing in scene.objects])
         holders = _holders(robot, scene, held.link, held.touch_links)
         yield from _near(robot, scene, position, holders, held.id, np.inf)
 
@@ -172,6 +175,9 @@ def _near_before(robot: Robot, scene: Scene, done: Handling, position: FloatArra
     taken = {take.id for take in done.taken}
     if any(thing.id in taken for thing in scene.moving):
         scene = replace(scene, objects=[thing.stopped if thing.id in taken else thing for thing in scene.objects])
+    if done.put_down and done.carrier is not None:
+        under = done.carrier
+        scene = replace(scene, objects=[under.standing if o.id == under.thing.id else o for o in scene.objects])
     yield from _near(robot, scene, position, set(done.put_down), None, DEEPEST_SUPPORT)
     for take in done.taken:
         holders = _holders(robot, scene, take.link, take.touch_links)

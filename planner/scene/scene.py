@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -134,6 +135,28 @@ class Attach:
         object.__setattr__(self, "touch_links", tuple(self.touch_links))
 
 
+class Carrier(NamedTuple):
+    """An object at constant velocity with which the robot moves along where it puts down others.
+
+    Attributes:
+        thing: The object.
+        time: When the robot puts them down, s.
+    """
+
+    thing: SceneObject
+    time: float
+
+    @property
+    def standing(self) -> SceneObject:
+        """The object as if it stood still where it is at that time."""
+        return replace(self.thing, pose=self.thing.pose_at(self.time), motion=None)
+
+    def moving_along(self, other: SceneObject) -> SceneObject:
+        """Return an object that stands still as it moves along from that time on; before it, the motion is none."""
+        gone = self.thing.pose_at(self.time).position - self.thing.pose.position
+        return replace(other, pose=replace(other.pose, position=other.pose.position - gone), motion=self.thing.motion)
+
+
 @dataclass(frozen=True)
 class Handling:
     """The objects of a scene that a robot takes and puts down at a waypoint.
@@ -141,10 +164,12 @@ class Handling:
     Attributes:
         taken: The objects taken.
         put_down: Names of the objects put down.
+        carrier: The object with which those put down move along; None: they stay where they are.
     """
 
     taken: Sequence[Attach] = ()
     put_down: Sequence[str] = ()
+    carrier: Carrier | None = None
 
     def __post_init__(self) -> None:
         """Keep lists in tuples, which cannot change."""

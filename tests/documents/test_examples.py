@@ -53,6 +53,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "elbow_room.json": (3, None),
     "elbow_saves_time.json": (3, None),
     "free_turn.json": (4, None),
+    "from_belt_to_belt.json": (8, None),
     "full_cups.json": (3, None),
     "grinding_at_a_belt.json": (5, None),
     "gripper.json": (3, None),

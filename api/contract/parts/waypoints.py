@@ -292,7 +292,8 @@ class WaypointBase(Schema):
     the waypoint is `on` it."""
     detach: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
     """The ids of objects that the robot puts down here: picked up before or `attached` in the scene. From here on they
-    stay where they are. At the same waypoint, `detach` happens before `attach`."""
+    stay where they are, or move along with the object that the waypoint is `on`. At the same waypoint, `detach` happens
+    before `attach`."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m) from here on; omitted: no change. The pose of this
     waypoint and the motion to it refer to this tool. A line starts at this tool's pose at the waypoint before, where

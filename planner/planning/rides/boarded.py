@@ -162,4 +162,5 @@ class _Boarded:
 
     def _motion(self, begin: float, end: float) -> RideMotion:
         """Return the motion of the ride between times since its start, s."""
-        return RideMotion("as_given", curve=self.boarding.curve.between(begin, end), thing=self.ride.thing)
+        curve, time = self.boarding.curve.between(begin, end), float(self.boarding.begin + end)
+        return RideMotion("as_given", curve=curve, thing=self.ride.thing, end=time)

@@ -13,6 +13,7 @@ import pytest
 
 import planner
 from planner.certificate import certify_clearance
+from planner.problems.rides import handling_of
 from planner.scene import CONTACT_TOLERANCE, segment_scenes
 from planner.scene.phases import object_phases
 from planner.spatial import FloatArray, Pose
@@ -373,7 +374,7 @@ def test_a_part_is_taken_where_its_belt_stops() -> None:
     assert -0.01 < before < 0.0, "the gripper touches the part when it takes it"
     assert report.contacts.lower == pytest.approx(before, abs=2e-3)
     assert report.scene.lower > 0.005 - 1e-3
-    assert segment_scenes(ARM, problem.scene, plan.problem.handling, plan.path.positions)[-1].objects == (belt,)
+    assert segment_scenes(ARM, problem.scene, handling_of(plan.problem), plan.path.positions)[-1].objects == (belt,)
     assert plan.problem.waypoints[1].dwell > 0.5
     with pytest.raises(planner.InvalidProblem) as refused:
         planner.plan(replace(problem, waypoints=[*waypoints[:2], take, lifted]))

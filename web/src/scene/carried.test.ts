@@ -79,6 +79,15 @@ describe('what is carried', () => {
     expect(seen(placedAt(stretches, 1.5), 'part', [0, 0])).toEqual([2, 0, 0]);
   });
 
+  test('moves along with the object that it is put down on', () => {
+    const belt: Placed = { ...thing('tray', null, 0, 0), at: (time) => new Matrix4().makeTranslation(time, 0, 0) };
+    const asked = request({ attach: [{ id: 'part' }] }, { on: 'tray', detach: ['part'] }, {}, {});
+    const stretches = stretchesOf([belt, thing('part', null, 2, 0)], carried(asked));
+    expect(seen(placedAt(stretches, 1), 'part', [0, 0])).toEqual([1, 1, 0]);
+    expect(seen(placedAt(stretches, 3.5), 'part', [0, 0])).toEqual([3.5, 1, 0]);
+    expect(seen(placedAt(stretches, 0.5), 'part', [0, 0])).toEqual([2, 0, 0]);
+  });
+
   test('may be held by a link, handed over, and attached from the start', () => {
     const asked = request({ attach: [{ id: 'part', link: 'upper' }] }, { detach: ['part', 'cup'], attach: [{ id: 'part' }] }, {}, {});
     const stretches = stretchesOf([thing('part', null, 0.5, 0.2), thing('cup', 2, 1, 0)], carried(asked));

@@ -26,7 +26,7 @@ export function stretchesOf(placed: readonly Placed[], carriers: readonly Carrie
   const stretches: Stretch[] = [{ from: -Infinity, placed }];
   for (const { time, change } of carriers.flatMap(changesOf).sort((a, b) => a.time - b.time || a.order - b.order)) {
     const last = stretches.at(-1)!;
-    const next = { from: time, placed: last.placed.map(change) };
+    const next = { from: time, placed: last.placed.map((one) => change(one, last.placed)) };
     if (last.from === time) stretches.pop();
     stretches.push(next);
   }
@@ -36,20 +36,23 @@ export function stretchesOf(placed: readonly Placed[], carriers: readonly Carrie
 interface Change {
   time: number; // s
   order: 0 | 1; // at one time
-  change: (one: Placed) => Placed;
+  change: (one: Placed, among: readonly Placed[]) => Placed;
 }
 
 // What the robot of a number takes and puts down.
 function changesOf({ request, answer, robot, base, meetings }: Carrier, by: number): Change[] {
-  return request.waypoints.flatMap(({ attach = [], detach = [] }, index): Change[] => {
+  return request.waypoints.flatMap((waypoint, index): Change[] => {
+    const { attach = [], detach = [] } = waypoint;
     const planned = plannedWaypoint(answer, index);
     if (!planned || attach.length + detach.length === 0) return [];
     const time = meetings?.get(index) ?? planned.arrival_time;
     const joints = jointMatrices(robot, planned.position).map((matrix) => matrix.premultiply(base));
-    const release = (one: Placed): Placed =>
-      detach.includes(one.id) && one.after !== null && one.by === by
-        ? { ...one, after: null, matrix: joints[one.after]!.clone().multiply(one.matrix) }
-        : one;
+    const release = (one: Placed, among: readonly Placed[]): Placed => {
+      if (!detach.includes(one.id) || one.after === null || one.by !== by) return one;
+      const there = { ...one, after: null, matrix: joints[one.after]!.clone().multiply(one.matrix) };
+      const under = 'on' in waypoint ? among.find(({ id }) => id === waypoint.on) : undefined;
+      return under?.at ? { ...there, at: along(under.at, time, there.matrix) } : there;
+    };
     const take = (one: Placed): Placed => {
       const link = attach.find(({ id }) => id === one.id)?.link ?? robot.tip_frame;
       const holder = robot.placements.find(({ frame }) => frame === link);
@@ -62,6 +65,12 @@ function changesOf({ request, answer, robot, base, meetings }: Carrier, by: numb
       { time, order: 1, change: take },
     ];
   });
+}
+
+// The pose of a thing that moves along, from a time on, with another one whose pose is known at any time.
+function along(under: (time: number) => Matrix4, time: number, matrix: Matrix4): (time: number) => Matrix4 {
+  const onObject = under(time).invert().multiply(matrix);
+  return (later) => under(later).multiply(onObject);
 }
 
 // Where things are at a time, s; the same array until something is taken or put down, unless there are moving objects.

@@ -322,7 +322,6 @@ POSE = planner.PoseWaypoint(Pose([-0.5, -0.2, 0.4], DOWN))
         ([on(ABOVE, duration=1.0)], ("waypoints", 1, "duration"), "the object determines"),
         ([on(ABOVE), on(GRIP, motion=LINE, earliest_arrival=3.0)], ("waypoints", 2, "earliest_arrival"), "after the"),
         ([on(ABOVE, attach=[planner.Attach("table")])], ("waypoints", 1, "attach", 0, "id"), "must be 'part'"),
-        ([on(ABOVE, detach=["part"])], ("waypoints", 1, "detach"), "stays where it is"),
         ([on(ABOVE, transition=planner.ThroughTransition())], ("waypoints", 1, "transition"), "must be a stop"),
     ],
 )
