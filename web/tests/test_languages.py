@@ -37,6 +37,12 @@ UNCHECKED: dict[str, Any] = {
     "waypoints": [{"kind": "joint", "position": [angle, -0.4, 0.2, 0.0, 0.3, 0.0]} for angle in (0.1, 0.3)],
 }
 """A request with a warning: the robot has no position limits."""
+HOME = {"kind": "joint", "position": [0.1, -0.4, 0.2, 0.0, 0.3, 0.0]}
+OUT_OF_REACH: dict[str, Any] = {
+    "robot": "ngv_refuelling_arm",
+    "waypoints": [HOME, {"kind": "pose", "pose": {"position": [9.0, 0.0, 0.0]}}, HOME, HOME],
+}
+"""A request whose waypoints have no order."""
 
 
 def texts_of(language: str) -> set[str]:
@@ -164,3 +170,8 @@ def test_a_refusal_and_a_warning_are_in_german_with_their_original(browser: Brow
         page.get_by_role("tab", name="Zertifikat").click()
         expect(page.locator(".warnings")).to_contain_text("Nicht alle Gelenke haben Positionsgrenzen")
         expect(page.locator(".warnings")).to_contain_text("Originaltext (englisch)")
+        use_german(page, OUT_OF_REACH)
+        page.get_by_role("button", name="Beste Reihenfolge").click()
+        answer = page.locator(".ordering [role=status]")
+        expect(answer).to_contain_text("Die Pose liegt weiter weg, als der Arm reicht")
+        expect(answer).to_contain_text("Originaltext (englisch)")

@@ -4,6 +4,7 @@ import { estimateOf } from '../plan/estimates';
 import { titleOf, unitOfQuantity } from '../plan/quantities';
 import { lengthBelow, short, shownIn, written } from '../plan/units';
 import { zoneNotes } from '../plan/zones';
+import { fieldInWords, pointerOf } from '../request/changes';
 import { warningOf } from '../request/messages';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
@@ -64,6 +65,11 @@ export function Certificate() {
   );
 }
 
+// A waypoint as the page names it.
+function place(index: number): string {
+  return texts.waypoints.place(index, shownPlan.value?.request.waypoints[index]?.name ?? null);
+}
+
 function Line({ check, arm }: { check: Check; arm: Robot }) {
   const used = check.ratio === null ? null : Math.abs(check.ratio) * 100;
   return (
@@ -73,6 +79,7 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
         {check.joint && <small>{check.joint}</small>}
         {!check.enforced && <small>{texts.result.reported}</small>}
         <small title={texts.result.methodTitles[check.method]}>{texts.result.methods[check.method]}</small>
+        {check.relaxed_by && <small>{texts.result.relaxedBy(check.relaxed_by.map((name) => fieldInWords(pointerOf(name), place)))}</small>}
       </th>
       <td>{used === null ? '–' : <Meter used={used} enforced={check.enforced} />}</td>
       <td class="number figures">{figures(check, arm)}</td>

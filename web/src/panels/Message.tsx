@@ -7,10 +7,12 @@ import { texts } from '../texts';
 // The sentences of a problem; its title stands elsewhere.
 export function ProblemText({ problem }: { problem: Problem }) {
   const { sentences, original } = messageOf(problem, robot.value?.joints);
+  const faults = (problem.errors ?? []).map(({ pointer, message }) => `${pointer || '/'}: ${message}`);
+  const isOwn = original.length === 0;
   return (
     <>
-      <p>{sentences.join(' ')}</p>
-      <Original texts={original} />
+      <p>{[...sentences, ...(isOwn ? faults.slice(1) : [])].join(' ')}</p>
+      <Original texts={isOwn ? [] : [...original, ...faults]} />
     </>
   );
 }

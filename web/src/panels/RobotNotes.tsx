@@ -1,10 +1,11 @@
 // What a user of a robot should know: as a list where the robot is chosen, as a hint by the plan.
+import { robotNoteOf } from '../request/messages';
 import type { Robot } from '../service/types';
 import { texts } from '../texts';
 
 export function RobotNotes({ arm }: { arm: Robot }) {
   const unlimited = unlimitedJoints(arm);
-  const notes = arm.notes ?? []; // of the catalogue, in English
+  const notes = arm.notes ?? []; // of the catalogue
   if (!unlimited && notes.length === 0) return null;
   return (
     <details class="robot-notes">
@@ -12,13 +13,17 @@ export function RobotNotes({ arm }: { arm: Robot }) {
       <ul>
         {unlimited && <li>{unlimited}</li>}
         {notes.map((note) => (
-          <li key={note} lang="en">
-            {note}
-          </li>
+          <RobotNote key={note} note={note} />
         ))}
       </ul>
     </details>
   );
+}
+
+// A sentence of the catalogue in the language of the page, else in English.
+export function RobotNote({ note }: { note: string }) {
+  const { text, original } = robotNoteOf(note);
+  return <li lang={original === null ? 'en' : undefined}>{text}</li>;
 }
 
 export function RobotHint({ arm, onNotes }: { arm: Robot; onNotes: () => void }) {

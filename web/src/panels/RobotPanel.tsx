@@ -10,6 +10,7 @@ import { jointPosition, pose } from '../state/jointPosition';
 import { request, robot } from '../state/store';
 import { texts } from '../texts';
 import { Jog } from './Jog';
+import { RobotNote } from './RobotNotes';
 import { RobotUpload } from './RobotUpload';
 import { Workspace } from './Workspace';
 
@@ -33,7 +34,7 @@ function NoteList({ arm }: { arm: Robot }) {
       <h3>{texts.robot.aboutRobot}</h3>
       <ul class="note-list">
         {arm.notes?.map((note) => (
-          <li key={note}>{note}</li>
+          <RobotNote key={note} note={note} />
         ))}
       </ul>
     </section>

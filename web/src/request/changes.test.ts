@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { changeInWords } from './changes';
+import { changeInWords, fieldInWords, pointerOf } from './changes';
 
 const place = (index: number): string => `waypoint ${index}`;
 
@@ -14,4 +14,12 @@ test.each([
   ['/self_collision', false, 'self collision: no'],
 ])('%s = %j reads "%s"', (pointer, value, words) => {
   expect(changeInWords(pointer, value, place)).toBe(words);
+});
+
+test.each([
+  ['limits.tcp_linear_velocity', 'limits, tool linear velocity'],
+  ['waypoints[2].limits.velocity', 'waypoint 2, limits, velocity'],
+  ['robot.acceleration', 'robot, acceleration'],
+])('the field %s of an answer reads "%s"', (name, words) => {
+  expect(fieldInWords(pointerOf(name), place)).toBe(words);
 });

@@ -21,13 +21,20 @@ const OF_ROBOT = /^\/robots\/\d+/; // of a cell
 
 // The words for a value at a JSON pointer (RFC 6901); `place` names a waypoint as the page does.
 export function changeInWords(pointer: string, value: unknown, place: (index: number) => string): string {
+  return `${fieldInWords(pointer, place)}: ${valueInWords(value, pointer.split('/').at(-1))}`;
+}
+
+// The words for a field at a JSON pointer.
+export function fieldInWords(pointer: string, place: (index: number) => string): string {
   const names = pointer.replace(OF_ROBOT, '').split('/').slice(1);
-  const index = names[0] === 'waypoints' && /^\d+$/.test(names[1] ?? '') ? Number(names[1]) : null;
-  const fields = index === null ? names : names.slice(2);
-  const words = valueInWords(value, fields.at(-1));
-  const field = fields.map(wordsOf).join(', ');
-  const text = field ? `${field}: ${words}` : words;
-  return index === null ? text : `${place(index)}${field ? ', ' : ': '}${text}`;
+  const isOfWaypoint = names[0] === 'waypoints' && /^\d+$/.test(names[1] ?? '');
+  const fields = isOfWaypoint ? names.slice(2) : names;
+  return [...(isOfWaypoint ? [place(Number(names[1]))] : []), ...fields.map(wordsOf)].join(', ');
+}
+
+// The JSON pointer of a field that is written as in Python: `waypoints[1].duration`.
+export function pointerOf(name: string): string {
+  return `/${name.replaceAll(/\[(\d+)\]/g, '.$1').replaceAll('.', '/')}`;
 }
 
 function wordsOf(name: string): string {

@@ -78,6 +78,11 @@ export function noteOf(note: string): Said {
   return { text: note, original: null };
 }
 
+export function robotNoteOf(note: string): Said {
+  const own = texts.messages.robotNotes[note];
+  return own ? { text: own, original: note } : { text: note, original: null };
+}
+
 export interface SaidFindings {
   severity: string;
   text: string;

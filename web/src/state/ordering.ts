@@ -3,7 +3,7 @@ import { batch, signal } from '@preact/signals';
 import { inOrder, orderRequest } from '../request/order';
 import { seconds } from '../plan/units';
 import { client, outcome } from '../service/client';
-import type { PlanRequest } from '../service/types';
+import type { PlanRequest, Problem } from '../service/types';
 import { texts } from '../texts';
 import { show } from './actions';
 import { request } from './store';
@@ -11,7 +11,7 @@ import { request } from './store';
 export const ordering = signal(false);
 
 // What came of it, beside the request that it is about.
-export const ordered = signal<{ request: PlanRequest; text: string } | null>(null);
+export const ordered = signal<{ request: PlanRequest; came: string | Problem } | null>(null);
 
 export async function orderWaypoints(): Promise<void> {
   const asked = request.value;
@@ -24,10 +24,7 @@ export async function orderWaypoints(): Promise<void> {
   ordering.value = false;
   if (request.value !== asked) return;
   if (found.problem) {
-    ordered.value = {
-      request: asked,
-      text: [found.problem.detail, ...(found.problem.errors ?? []).map(({ message }) => message)].join(' '),
-    };
+    ordered.value = { request: asked, came: found.problem };
     return;
   }
   const { order, plan, bound } = found.answer;
@@ -35,7 +32,7 @@ export async function orderWaypoints(): Promise<void> {
     asked,
     order.map(({ task }) => task),
   );
-  const text = texts.waypoints.ordered(seconds(plan.duration), seconds(bound));
-  show(next, text);
-  ordered.value = { request: next, text };
+  const came = texts.waypoints.ordered(seconds(plan.duration), seconds(bound));
+  show(next, came);
+  ordered.value = { request: next, came };
 }

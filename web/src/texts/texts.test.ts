@@ -12,10 +12,18 @@ function places(texts: object, at = ''): string[] {
 }
 
 const isWord = (place: string): boolean =>
-  !/^\/(fields\/words|measures|messages\/(refusals|figures|warnings|findings|notes|words))\//.test(place); // in place of the service's own
+  !/^\/(fields\/words|measures|messages\/(refusals|figures|warnings|findings|notes|robotNotes|words))\//.test(place); // in place of the service's own
 
 test('every text exists in both languages', () => {
   expect(places(german).filter(isWord).sort()).toEqual(places(english).filter(isWord).sort());
+});
+
+const CATALOGUE = import.meta.glob<{ notes?: string[] }>('../../../planner/robots/data/**/*.json', { import: 'default', eager: true });
+
+test('every note on a robot of the catalogue exists in German, and no other', () => {
+  const notes = Object.values(CATALOGUE).flatMap((robot) => robot.notes ?? []);
+  expect(notes.length).toBeGreaterThan(40);
+  expect(Object.keys(german.messages.robotNotes).sort()).toEqual([...new Set(notes)].sort());
 });
 
 test('no text is empty, and German texts are not the English ones', () => {

@@ -2,6 +2,7 @@ import type { ofMessages as english } from '../en/messages';
 import { findings } from './findings';
 import { notes } from './notes';
 import { refusals } from './refusals';
+import { robotNotes } from './robot_notes';
 import { warnings } from './warnings';
 
 export const ofMessages: typeof english = {
@@ -22,6 +23,7 @@ export const ofMessages: typeof english = {
     findings,
     likewise: (names) => `(ebenso ${names.join(', ')})`,
     notes,
+    robotNotes,
     words: {
       null: 'keine Angabe',
       true: 'ja',

@@ -25,6 +25,7 @@ export const ofResult: typeof english = {
       bounded: 'Die Größe überschreitet diese Spitze zu keiner Zeit, auch zwischen Abtastwerten nicht.',
       sampled: 'Die Spitze ist der größte von feinen Abtastwerten.',
     },
+    relaxedBy: (fields) => `bindet; weiter durch ${fields.join(' oder ')}`,
     unlimited: 'keine Grenze',
     unbounded: 'unbegrenzt',
   },

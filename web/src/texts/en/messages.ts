@@ -25,6 +25,7 @@ export const ofMessages = {
     likewise: (names: readonly string[]) => `(likewise ${names.join(', ')})`,
     // Of path files: the service's sentences, and what is shown instead, made from their groups.
     notes: [] as readonly (readonly [RegExp, (...groups: string[]) => string])[],
+    robotNotes: {} as Record<string, string>, // of the catalogue, by the catalogue's own sentence
     // Words for fields and values of a change; others are those of the request.
     words: { tcp: 'tool', ik: 'inverse kinematics', null: 'none', true: 'yes', false: 'no' } as Record<string, string>,
   },

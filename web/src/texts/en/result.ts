@@ -24,6 +24,7 @@ export const ofResult = {
       bounded: 'The quantity exceeds this peak at no time, between samples either.',
       sampled: 'The peak is the largest of fine samples.',
     },
+    relaxedBy: (fields: readonly string[]) => `binds; wider with ${fields.join(' or ')}`,
     unlimited: 'no limit',
     unbounded: 'unbounded',
   },
