@@ -53,14 +53,17 @@ MOST_BACKENDS = 16
 Preference = TypeAliasType(
     "Preference",
     Annotated[
-        Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm"],
+        Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm", "weld_flat"],
         Field(
             description="The choice among solutions of a pose. `continuous`: the solutions on the shortest path "
             "through the whole list, in time at the velocity limits. `near_reference`: the solution nearest to the "
             "`reference`, likewise in time. `manipulability`: the solution with the largest manipulability, which is "
             "the farthest from a singularity. `far_from_limits`: the solution whose worst joint is nearest to the "
             "middle of its limits. `arm`: the solution with the least motion of external axes. The arm then reaches "
-            "poses and follows motions alone where it can. A motion of the tool starts at the solution of the waypoint "
+            "poses and follows motions alone where it can. `weld_flat`: the solution for which a positioner holds the "
+            "workpiece flat: its normal, opposite to the tool's z axis, points up as nearly as possible. So it does "
+            "along motions of the tool to poses without `external` positions. It needs a robot with a positioner. "
+            "A motion of the tool starts at the solution of the waypoint "
             "before it. The planner takes another solution there only where the motion fails."
         ),
     ],

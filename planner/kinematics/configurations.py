@@ -137,10 +137,18 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
     """
     q = np.asarray(positions, dtype=np.float64).reshape(-1, robot.dof)
     named: list[Configuration] = []
-    for row in _parts_of(robot).sides(_of_arm(robot, q)).tolist():
+    for row in sides_of(robot, q).tolist():
         names = [POSITIVE_NAMES[i] if side > 0.0 else BEHIND[i] if side < 0.0 else None for i, side in enumerate(row)]
         named.append(Configuration(*names))  # type: ignore[arg-type] # the names stand in the order of the fields
     return named
+
+
+def sides_of(robot: Robot, positions: FloatArray) -> FloatArray:
+    """Return the quantities (N, 3) of shoulder, elbow and wrist, whose signs are the configurations.
+
+    At 0 the part is singular; NaN: the arm has no such name.
+    """
+    return _parts_of(robot).sides(_of_arm(robot, positions))
 
 
 def named_parts(robot: Robot) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Preference = Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm"]
+Preference = Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm", "weld_flat"]
 """Which of several solutions of a pose is taken."""
 
 
@@ -23,8 +23,9 @@ class InverseKinematicsOptions:
             reference, in time at full speed. `manipulability`: the solution furthest from a singularity.
             `far_from_limits`: the one whose worst joint is nearest to the middle of its limits. `arm`: the one for
             which external axes move least from the waypoint before: the arm reaches alone, and follows motions alone,
-            wherever it can. Motions of the tool go
-            on from where they start in any case; only where they cannot, another start is taken.
+            wherever it can. `weld_flat`: the one for which a positioner holds the workpiece flat: its surface under the
+            tool faces up. So it does along motions of the tool to poses without `external` positions. Motions of the
+            tool go on from where they start in any case; only where they cannot, another start is taken.
     """
 
     tolerance_position: float = 1e-6

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.robots import Robot
 from planner.spatial import FloatArray
@@ -27,6 +28,13 @@ def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> 
     turned = positions + TURN * np.where(fewest <= most, turns, outside)
     within = np.minimum(np.maximum(turned, lower), upper)
     return np.where(np.abs(turned - within) <= TURN * ROUNDING, within, turned)
+
+
+def turned_to(robot: Robot, position: ArrayLike, towards: FloatArray, still: Collection[str] = ()) -> FloatArray:
+    """Turn continuous joints of a position (joints,), except some, to the turn nearest to another (joints,)."""
+    q = np.asarray(position, dtype=np.float64)
+    turns = np.round((towards - q) / TURN)
+    return q + TURN * np.where([one.kind == "continuous" and one.name not in still for one in robot.joints], turns, 0.0)
 
 
 def turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:

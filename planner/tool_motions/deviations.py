@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from planner.kinematics.configurations import WRIST, straight_wrist
@@ -13,14 +11,23 @@ from planner.kinematics.search import STEADY, Search
 from planner.problems.regions import TURNS, Region
 from planner.robots import Robot
 from planner.robots.tools import with_region_joints
-from planner.spatial import FloatArray, Pose, rotation_vector
+from planner.spatial import FloatArray, rotation_vector
 from planner.tool_motions.follow import Lost
 from planner.tool_motions.pose_paths import PosePath
-from planner.trajectories.polynomials import PiecewisePolynomial, quintics_through
-from planner.trajectories.splines import slopes_between
+from planner.tool_motions.redundancy.offset_paths import OffsetPath
+from planner.tool_motions.redundancy.smoothing import curve_through, room_off_limits
+from planner.trajectories.polynomials import quintics_through
 
 POSITION_WEIGHT = 1e4
 """Weight of a position, m, beside an orientation, rad, where the two cannot both be kept: the position is."""
+
+GENTLE = 20.0
+"""Travel of a joint, rad or m, for 1 m or rad of the tool above which the tool rather leaves its orientation.
+
+At 3 rad/s the tool goes at 150 mm/s."""
+
+SHARE_OF_DEVIATION = 0.9
+"""The share of the tolerance of the orientation that a path through a singular wrist may use up."""
 
 MOST_WRIST_STEPS = 50
 """The most Gauss-Newton steps to the point where the wrist is nearest to singular."""
@@ -35,55 +42,8 @@ SMALLEST_SHARE = 1e-3
 NODES = 13
 """Number of points of the path at which offsets are sought, the ends among them."""
 
-OFFSET_ROOM = 0.05
-"""The share of its range by which a joint keeps off its limits at nodes: between nodes it is nearly where they have
-it."""
-
-RAMP = 0.2
-"""The part of the way at either end, in u, on which that room grows from nothing: the ends may be at a limit."""
-
-OFFSET_LOOKS = 201
-"""Number of points of the path at which offsets are compared with their ranges."""
-
 OFFSET_SCALE = 30.0
 """The offset, m or rad, that counts as much as the range of a joint: offsets are zero where the joints do not mind."""
-
-
-@dataclass(frozen=True, eq=False)
-class OffsetPath:
-    """A path that differs from another path by offsets, which are zero at the ends.
-
-    Attributes:
-        path: The other path, with a rotation.
-        region: What may be off.
-        offsets: (pieces, coordinates, 6), over u from 0 to 1, m or rad.
-        breakpoints: (n,), the parameters from 0 to 1 between which it is followed.
-    """
-
-    path: PosePath
-    region: Region
-    offsets: PiecewisePolynomial
-    breakpoints: FloatArray
-
-    def pose(self, u: float) -> Pose:
-        """Return the pose at u."""
-        return self.region.pose(self.path.pose(u), self.offsets.evaluate(np.array([u]), [0])[0][0])
-
-    def twist(self, u: float) -> FloatArray:
-        """Return the linear over the angular velocity (6,) by u, in the base's axes."""
-        here, twist = self.path.pose(u), self.path.twist(u)
-        values, rates = (rows[0] for rows in self.offsets.evaluate(np.array([u]), [0, 1]))
-        assert here.rotation is not None  # noqa: S101 - there is no freedom without rotations
-        shift, linear, angular, turned = np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3)
-        for name, value, rate in zip(self.region.ranges, values.tolist(), rates.tolist(), strict=True):
-            axis = np.eye(3)["xyz".index(name[-1])]
-            if name in TURNS:
-                angular = angular + rate * turned @ axis
-                turned = turned @ TURNS[name](value)
-            else:
-                shift, linear = shift + value * axis, linear + rate * axis
-        moved = twist[:3] + np.cross(twist[3:], here.rotation @ shift) + here.rotation @ linear
-        return np.concatenate([moved, twist[3:] + here.rotation @ angular])
 
 
 def by_region_joints(
@@ -121,7 +81,7 @@ def by_region_joints(
         u = node / (NODES - 1)
         straight = start + u * (end - start)
         search = Search(free, path.pose(u), options)
-        room = np.append(OFFSET_ROOM * min(1.0, u / RAMP, (1.0 - u) / RAMP) * span, at_ends)
+        room = np.append(float(room_off_limits(np.array(u))) * span, at_ends)
         search.lower, search.upper = search.lower + room, search.upper - room
         guesses = np.concatenate([straight, offsets[node - 1][::-1]]), solution
         solved = next((q for guess in guesses if (q := search.solve(guess, STEADY)) is not None), None)
@@ -130,31 +90,8 @@ def by_region_joints(
         solution = search.target.slide(solved, np.append(straight, at_ends), scales, search.box)
         offsets[node] = solution[robot.dof :][::-1]
     lower, upper = np.array(list(region.ranges.values())).T
-    smooth = _smooth(offsets)
-    (values,) = smooth.evaluate(np.linspace(0.0, 1.0, OFFSET_LOOKS), [0])
-    is_in = ((values >= lower) & (values <= upper)).all()
-    breakpoints = np.union1d(path.breakpoints, smooth.breakpoints[1:-1])
-    return OffsetPath(path, region, smooth if is_in else _without_overshoot(offsets), breakpoints)
-
-
-def _smooth(offsets: FloatArray) -> PiecewisePolynomial:
-    """Return quintics through offsets (nodes, coordinates) at even u, with derivatives by differences."""
-    step = 1.0 / (len(offsets) - 1)
-    slopes = np.gradient(offsets, step, axis=0, edge_order=2)
-    bends = np.diff(offsets, 2, axis=0) / step**2
-    bends = np.vstack([bends[:1], bends, bends[-1:]])
-    return quintics_through(np.full(len(offsets) - 1, step), offsets, slopes, bends)
-
-
-def _without_overshoot(offsets: FloatArray) -> PiecewisePolynomial:
-    """Return quintics through offsets (nodes, coordinates) at even u, without curvature at the nodes.
-
-    Their slopes there are the harmonic means of those beside them (Fritsch and Butland 1984).
-    """
-    lengths = np.full(len(offsets) - 1, 1.0 / (len(offsets) - 1))
-    means = np.diff(offsets, axis=0) / lengths[:, None]
-    slopes = np.vstack([means[:1], slopes_between(means[:-1], means[1:]), means[-1:]])
-    return quintics_through(lengths, offsets, slopes, np.zeros_like(offsets))
+    smooth = curve_through(offsets, lower, upper)
+    return OffsetPath(path, region, smooth, np.union1d(path.breakpoints, smooth.breakpoints[1:-1]))
 
 
 def through_singular_wrist(robot: Robot, path: PosePath, lost: Lost) -> tuple[OffsetPath, float] | None:

@@ -13,6 +13,8 @@ from planner.robots import Robot
 from planner.spatial import FloatArray
 from planner.tool_motions.follow import SINGULAR_TRAVEL, Lost
 from planner.tool_motions.pose_paths import PosePath
+from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.trajectory import PlanWarning
 
 LOOK_AHEAD = 2e-3
 """The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
@@ -25,6 +27,15 @@ SINGULAR_TRAVEL_SLOWED = 1e7
 
 More, and rounding decides where the joint is.
 """
+
+WORTH_A_WARNING = 100.0
+"""Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which a warning says so.
+
+With a joint at 3 rad/s, the tool moves at 30 mm/s.
+"""
+
+LEAST_TOOL_TRAVEL = 1e-9
+"""The smallest motion of the tool, m and rad, by which that of a joint is divided."""
 
 
 def limit_error(name: str, robot: Robot, u: float, position: FloatArray, joint: int) -> JointPositionLimit:
@@ -72,3 +83,21 @@ def configuration_error(name: str, robot: Robot, reached: FloatArray, given: Flo
         joint=turned,
         value=float(reached[joint]),
     )
+
+
+def singularity_warning(
+    name: str, robot: Robot, path: PosePath, curve: PiecewisePolynomial, angle: float
+) -> PlanWarning | None:
+    """Return the warning of a motion through a singularity or near one."""
+    if angle > 0.0:
+        how = "goes right through a singularity of the wrist"
+        return PlanWarning("orientation_deviates", f"{name} {how}, for which it turns off by {angle:.3g} rad")
+    rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), LEAST_TOOL_TRAVEL)
+    knot, joint = np.unravel_index(rates.argmax(), rates.shape)
+    if rates[knot, joint] < WORTH_A_WARNING:
+        return None
+    message = (
+        f"{name} passes near a singularity after {curve.breakpoints[knot]:.1%} of the way: for 1 m or 1 rad "
+        f"of the tool {robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, so the tool has to go slowly"
+    )
+    return PlanWarning("near_singularity", message)

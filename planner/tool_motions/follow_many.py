@@ -19,6 +19,7 @@ from planner.tool_motions.inverse_jacobian import kept_motions
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import Line, PiecedPath
 from planner.tool_motions.pose_splines import PoseSpline
+from planner.tool_motions.redundancy.offset_paths import OffsetPath
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 MANY_PIECES = 16
@@ -69,7 +70,7 @@ def follow_at_once(track: Track, still: Collection[str] = ()) -> PiecewisePolyno
     fewer joints than the tool has directions.
     """
     path, end = track.path, track.end
-    if not isinstance(path, Polyline | PoseSpline):
+    if not isinstance(path, Polyline | PoseSpline | OffsetPath):
         return None
     count = len(path.breakpoints)
     steps = 1 if count > MANY_PIECES else BATCH_FOLLOWING_STEPS

@@ -330,3 +330,11 @@ def _filled(rotations: Sequence[FloatArray | None], lengths: FloatArray) -> Floa
         shares = (at[first + 1 : last] - at[first]) / (at[last] - at[first])
         filled += [*map(turn.rotation, shares.tolist()), np.asarray(rotations[last])]
     return np.array(filled)
+
+
+def stands_still(path: PosePath) -> bool:
+    """Tell whether a line has no length, and the tool does not turn on it."""
+    if not isinstance(path, Line):
+        return False
+    distance, angle = pose_errors(path.pose(0.0), path.pose(1.0))
+    return max(distance, angle or 0.0) <= POSITION_TOLERANCE

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from planner.errors import (
     ConfigurationChange,
@@ -20,42 +19,31 @@ from planner.kinematics.configurations import Configuration, configurations, in_
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.kinematics.search import pose_errors
-from planner.kinematics.turns import TURN
+from planner.kinematics.turns import turned_to
 from planner.problems.problem import AnyWaypoint, CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
 from planner.problems.regions import Region, region_of
 from planner.robots import Robot
 from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
-from planner.tool_motions.deviations import by_region_joints, through_singular_wrist
-from planner.tool_motions.errors import SINGULAR_TRAVEL_SLOWED, configuration_error, limit_error, lost_error
+from planner.tool_motions.deviations import GENTLE, SHARE_OF_DEVIATION, by_region_joints, through_singular_wrist
+from planner.tool_motions.errors import (
+    SINGULAR_TRAVEL_SLOWED,
+    configuration_error,
+    limit_error,
+    lost_error,
+    singularity_warning,
+)
 from planner.tool_motions.even_axes import follow_evenly
 from planner.tool_motions.follow import SINGULAR_TRAVEL, Lost, Track, follow
 from planner.tool_motions.follow_many import follow_any, follow_lines
-from planner.tool_motions.pose_paths import Line, NoPath, PosePath, Reversed
+from planner.tool_motions.pose_paths import Line, NoPath, PosePath, Reversed, stands_still
 from planner.tool_motions.position_limits import first_beyond
+from planner.tool_motions.redundancy.following import follow_by_choice
 from planner.tool_motions.self_motions import follow_by_self_motions
 from planner.tool_motions.shapes import SHAPES
 from planner.trajectories.polynomials import PiecewisePolynomial, joined
 from planner.trajectories.trajectory import PlanWarning
-
-WORTH_A_WARNING = 100.0
-"""Travel of a joint, rad or m, for 1 m or 1 rad of the tool above which a warning says so.
-
-With a joint at 3 rad/s, the tool moves at 30 mm/s.
-"""
-
-LEAST_TOOL_TRAVEL = 1e-9
-"""The smallest motion of the tool, m and rad, by which that of a joint is divided."""
-
-GENTLE = 20.0
-"""Travel of a joint, rad or m, for 1 m or rad of the tool above which the tool rather leaves its orientation.
-
-At 3 rad/s the tool goes at 150 mm/s."""
-
-SHARE_OF_DEVIATION = 0.9
-"""The share of the tolerance of the orientation that a path through a singular wrist may use up."""
 
 MOST_ENDS = 4
 """The most solutions at the end of a motion, the nearest ones, that its tolerance region is used to reach."""
@@ -74,6 +62,7 @@ class RequestedMotion:
         after: The requested pose at the waypoint itself.
         pinned_ends: Joint positions (n, joints), at one of which it is to end, where external axes are pinned there;
             None: it may end anywhere.
+        chooses_axes: Whether external axes may go on any way between the ends, as the search of last resort lets them.
     """
 
     robot: Robot
@@ -83,6 +72,7 @@ class RequestedMotion:
     before: Pose
     after: Pose
     pinned_ends: FloatArray | None = None
+    chooses_axes: bool = False
 
     @property
     def name(self) -> str:
@@ -98,11 +88,11 @@ class RequestedMotion:
     def given_ends(self, start: FloatArray, most: int | None = MOST_ENDS) -> list[FloatArray]:
         """Return the joint positions (joints,) where it is to end, those nearest to its start first; none: anywhere."""
         if isinstance(self.waypoint, JointWaypoint):
-            return [_turned_to(self.robot, self.waypoint.position, start)]
+            return [turned_to(self.robot, self.waypoint.position, start)]
         if self.pinned_ends is None:
             return []
         pins = self.waypoint.external if isinstance(self.waypoint, PoseWaypoint) else None
-        turned = (_turned_to(self.robot, q, start, pins or ()) for q in self.pinned_ends)
+        turned = (turned_to(self.robot, q, start, pins or ()) for q in self.pinned_ends)
         return sorted(turned, key=lambda q: float(np.abs(q - start).max()))[:most]
 
     @property
@@ -112,8 +102,18 @@ class RequestedMotion:
 
     @property
     def still(self) -> tuple[str, ...]:
-        """The names of the external axes that are to stand still as far as the arm can follow alone."""
+        """The external axes that are to stand still as far as the arm can follow alone."""
         return self.robot.external_axes if self.options.prefer == "arm" else ()
+
+    @property
+    def is_to_be_flat(self) -> bool:
+        """Whether the axes of a positioner are to hold the workpiece flat all along, instead of going evenly."""
+        return self.options.prefer == "weld_flat" and bool(self.robot.positioner) and self.pinned_ends is None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it leaves coordinates open that are chosen where it cannot be followed otherwise."""
+        return self.motion.free is not None or self.chooses_axes
 
     def pose_path(self, start: FloatArray) -> PosePath:
         """Return the path of the tool.
@@ -200,7 +200,7 @@ def follow_chain(requested: Sequence[RequestedMotion], start: FloatArray, guesse
     robot, free = requested[0].robot, requested[0].after.rotation is None
     idle = robot.dof - (3 if free else 6)
     lines: list[Line] = []
-    for one in requested if idle >= 0 and not requested[0].still else ():
+    for one in requested if idle >= 0 and not (requested[0].still or requested[0].is_to_be_flat) else ():
         is_line = (
             isinstance(one.waypoint.motion, LinearMotion)
             and not one.waypoint.motion.free
@@ -208,7 +208,7 @@ def follow_chain(requested: Sequence[RequestedMotion], start: FloatArray, guesse
             and one.pinned_ends is None
         )
         line = Line(one.before, one.after)
-        if not is_line or _stands_still(line) or (idle and isinstance(one.waypoint, JointWaypoint)):
+        if not is_line or stands_still(line) or (idle and isinstance(one.waypoint, JointWaypoint)):
             break
         lines.append(line)
     if not lines:
@@ -223,13 +223,16 @@ def follow_chain(requested: Sequence[RequestedMotion], start: FloatArray, guesse
     )
     count = sum(takewhile(bool, are_allowed))
     return [
-        ToolMotion(line, curve, end, _warning(one, line, curve, 0.0))
+        _made(one, line, curve, end)
         for one, line, curve, end in zip(requested, lines, curves[:count], reached, strict=False)
     ]
 
 
 def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the tool's path from a joint position (joints,); use its tolerance region if necessary."""
+    has_rotation = path.pose(0.0).rotation is not None
+    if requested.is_to_be_flat and has_rotation and (flat := _follow_by_choice(requested, start, path)) is not None:
+        return flat
     if (even := _follow_evenly(requested, start, path)) is not None:
         return even
     ends: list[FloatArray | None] = [*requested.given_ends(start)] or [None]
@@ -238,9 +241,12 @@ def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -
     while isinstance(result, RefusedMotion) and (other := next(results, None)) is not None:
         result = other
     result = result if isinstance(result, ToolMotion) else first
-    if isinstance(result, ToolMotion) or requested.motion.free is None or path.pose(0.0).rotation is None:
+    if isinstance(result, ToolMotion) or not (has_rotation and requested.is_open):
         return result
-    return _follow_by_region_joints(requested, start, path, region_of(requested.motion.free)) or result
+    chosen = None if requested.is_to_be_flat else _follow_by_choice(requested, start, path)
+    if chosen is None and requested.motion.free is not None:
+        chosen = _follow_by_region_joints(requested, start, path, region_of(requested.motion.free))
+    return chosen or result
 
 
 def _follow_evenly(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | None:
@@ -252,7 +258,7 @@ def _follow_evenly(requested: RequestedMotion, start: FloatArray, path: PosePath
         return None
     end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
     is_allowed = requested.configuration.allows(configurations(requested.robot, end[None])[0])
-    return ToolMotion(path, curve, end, _warning(requested, path, curve, 0.0)) if is_allowed else None
+    return _made(requested, path, curve, end) if is_allowed else None
 
 
 def _follow_by_region_joints(
@@ -262,7 +268,7 @@ def _follow_by_region_joints(
     robot, ends = requested.robot, requested.given_ends(start)
     if not ends:
         solutions = all_solutions(robot, path.pose(1.0), requested.options, start)
-        ends = list(in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], requested.configuration))
+        ends = list(in_configuration(robot, [turned_to(robot, q, start) for q in solutions], requested.configuration))
     free, at_ends = with_region_joints(robot, region.ranges), np.zeros(len(region.ranges))
     for end in sorted(ends, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]:
         arm, first, last = robot, start, end
@@ -279,7 +285,28 @@ def _follow_by_region_joints(
         reached = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
         if np.abs(reached - last).max() <= SAME_CONFIGURATION:
             own = PiecewisePolynomial(curve.lengths, curve.coefficients[:, : robot.dof])
-            return ToolMotion(path, own, end, _warning(requested, path, own, deviation))
+            return _made(requested, path, own, end, deviation)
+    return None
+
+
+def _follow_by_choice(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | None:
+    """Follow the path with the cheapest offsets and external axes; None: they cannot be chosen, or lead to no end."""
+    robot, ends, deviations = requested.robot, requested.given_ends(start), [0.0]
+    region = Region() if requested.motion.free is None else region_of(requested.motion.free)
+
+    def follow(
+        arm: Robot, to_follow: PosePath, first: FloatArray, last: FloatArray | None
+    ) -> PiecewisePolynomial | Lost:
+        curve, deviation = _followed(requested, arm, to_follow, first, last)
+        deviations.append(deviation)
+        return curve
+
+    for curve in follow_by_choice(robot, path, region, start, ends, requested.options.prefer, follow):
+        reached: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
+        given = [end for end in ends if np.abs(reached - end).max() <= SAME_CONFIGURATION]
+        is_end = bool(given or not ends) and requested.configuration.allows(configurations(robot, reached[None])[0])
+        if is_end and first_beyond(robot, curve) is None:
+            return _made(requested, path, curve, [*given, reached][0], max(deviations))
     return None
 
 
@@ -288,7 +315,7 @@ def _follow_as_written(
 ) -> ToolMotion | RefusedMotion:
     """Follow the given path from a joint position (joints,) at its start to the given one, if any."""
     robot = requested.robot
-    if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
+    if stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
     result, deviation = _followed(requested, robot, path, start, given)
     curve = result.curve if isinstance(result, Lost) else result
@@ -303,15 +330,14 @@ def _follow_as_written(
         if given is None and np.abs(end - start).max() <= POSITION_TOLERANCE:
             end = start
         (reached,) = configurations(robot, end[None])
-        given = None if given is None else _turned_to(robot, given, end)
+        given = None if given is None else turned_to(robot, given, end)
         u, position = 1.0, end
         if given is not None and np.abs(end - given).max() > SAME_CONFIGURATION:
             error = configuration_error(requested.name, robot, end, given)
         elif not requested.configuration.allows(reached):
             error = ConfigurationChange(f"{requested.name} ends with {reached}, not with {requested.configuration}")
         else:
-            warning = _warning(requested, path, curve, deviation)
-            return ToolMotion(path, curve, end if given is None else given, warning)
+            return _made(requested, path, curve, end if given is None else given, deviation)
     there = PathPoint(u, tool_pose(robot, position), position)
     error = error.with_fields(segment=requested.index - 1, waypoint=requested.index, path_point=there)
     return RefusedMotion(requested, start, path, there, error)
@@ -345,29 +371,11 @@ def _followed(
     return result, 0.0
 
 
-def _warning(
-    requested: RequestedMotion, path: PosePath, curve: PiecewisePolynomial, angle: float
-) -> PlanWarning | None:
-    """Return the warning of a motion through a singularity or near one."""
-    if angle > 0.0:
-        how = "goes right through a singularity of the wrist"
-        return PlanWarning("orientation_deviates", f"{requested.name} {how}, for which it turns off by {angle:.3g} rad")
-    rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), LEAST_TOOL_TRAVEL)
-    knot, joint = np.unravel_index(rates.argmax(), rates.shape)
-    if rates[knot, joint] < WORTH_A_WARNING:
-        return None
-    message = (
-        f"{requested.name} passes near a singularity after {curve.breakpoints[knot]:.1%} of the way: for 1 m or 1 rad "
-        f"of the tool {requested.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, so the tool has to go slowly"
-    )
-    return PlanWarning("near_singularity", message)
-
-
-def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray, still: Collection[str] = ()) -> FloatArray:
-    """Turn continuous joints of a position (joints,), except some, to the turn nearest to another (joints,)."""
-    q = np.asarray(position, dtype=np.float64)
-    turns = np.round((towards - q) / TURN)
-    return q + TURN * np.where([one.kind == "continuous" and one.name not in still for one in robot.joints], turns, 0.0)
+def _made(
+    requested: RequestedMotion, path: PosePath, curve: PiecewisePolynomial, end: FloatArray, angle: float = 0.0
+) -> ToolMotion:
+    """Return the motion along a curve to its end (joints,), with the warning of a deviation by an angle, rad."""
+    return ToolMotion(path, curve, end, singularity_warning(requested.name, requested.robot, path, curve, angle))
 
 
 def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
@@ -375,14 +383,6 @@ def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
     motions = [waypoint.motion for waypoint in waypoints if isinstance(waypoint.motion, CartesianMotion)]
     tolerances = np.array([(motion.tolerance_position, motion.tolerance_orientation) for motion in motions])
     return tolerances, np.array([GENTLE if motion.singularity == "deviate" else SINGULAR_TRAVEL for motion in motions])
-
-
-def _stands_still(path: PosePath) -> bool:
-    """Tell whether a line has no length, and the tool does not turn on it."""
-    if not isinstance(path, Line):
-        return False
-    distance, angle = pose_errors(path.pose(0.0), path.pose(1.0))
-    return max(distance, angle or 0.0) <= POSITION_TOLERANCE
 
 
 def start_of_motion(requested: RequestedMotion, end: FloatArray) -> FloatArray | None:

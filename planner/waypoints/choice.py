@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from planner.kinematics.costs import PREFERENCE_WEIGHT, motion_costs
 from planner.kinematics.options import Preference
-from planner.kinematics.turns import counted_velocity
 from planner.robots import Robot
 from planner.spatial import FloatArray
 from planner.tolerances import POSITION_TOLERANCE
@@ -26,20 +26,11 @@ from planner.tool_motions.tool_motion import (
 from planner.waypoints.candidates import Layer
 from planner.waypoints.preferences import Costs
 
-MOTION_PENALTY = 0.01
-"""The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
-
-EXTERNAL_PENALTY = 10.0
-"""Weight of the external axes' times with `prefer` = `arm`: a tenth of their second costs a second of the arm."""
-
 LIMIT_PENALTY = 0.01
 """Cost of a joint position at a limit, s."""
 
 CONDITIONING_PENALTY = 0.01
 """Cost of a singular joint position beside another that is not, s."""
-
-PREFERENCE_WEIGHT = 1e3
-"""Weight of the preference costs, s: a thousandth of them outweighs a second of the path."""
 
 FOLLOWED_BACKWARDS = 16
 """The most candidates of a waypoint from which a motion is followed backwards to a singular joint position."""
@@ -155,32 +146,12 @@ def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
     return found
 
 
-def motion_costs(robot: Robot, starts: FloatArray, ends: FloatArray, prefer: Preference) -> FloatArray:
-    """Return the costs of joint motions (...), s, as in `shortest_path`.
-
-    Args:
-        robot: The robot.
-        starts: (..., joints).
-        ends: (..., joints).
-        prefer: The preference.
-    """
-    times = joint_times(robot, starts, ends)
-    costs: FloatArray = times.max(axis=-1) + MOTION_PENALTY * times.sum(axis=-1)
-    if prefer == "arm":
-        costs += EXTERNAL_PENALTY * times[..., : len(robot.external_axes)].sum(axis=-1)
-    return costs
-
-
-def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Time (..., joints), s, of every joint at its velocity limit: |dq_j| / v_j.
-
-    Args:
-        robot: A joint without a velocity limit counts 1 rad/s or 1 m/s.
-        starts: (..., joints).
-        ends: (..., joints).
-    """
-    velocity = robot.limit("velocity")
-    return np.abs(ends - starts) / counted_velocity(velocity)
+def with_chosen_axes(stops: Sequence[Stop]) -> list[Stop]:
+    """Return the stops with motions of the tool on which external axes may go on any way."""
+    return [
+        stop if stop.requested is None else replace(stop, requested=replace(stop.requested, chooses_axes=True))
+        for stop in stops
+    ]
 
 
 class _Search:
@@ -227,6 +198,9 @@ class _Search:
             origins, candidates = costs.argmin(axis=0), np.arange(len(layer.positions))
             positions, costs = reached[origins, candidates], costs[origins, candidates]
         else:
+            if stop.requested.is_to_be_flat and stop.costs is not None:
+                preferred = stop.costs(reached.reshape(-1, reached.shape[2])).reshape(reached.shape[:2])
+                costs = costs + PREFERENCE_WEIGHT * preferred
             origins, candidates = np.arange(len(stage.costs)), costs.argmin(axis=1)
             positions = reached[origins, candidates]
             lost = np.zeros(len(origins), dtype=bool)
@@ -310,5 +284,5 @@ class _Search:
             self.followed[key] = result = follow_motion(requested, start)
             if isinstance(result, RefusedMotion):
                 self.refused = result if self.refused is None or result.is_out_of_reach else self.refused
-                self.refused_with_freedom += requested.motion.free is not None
+                self.refused_with_freedom += requested.is_open or requested.is_to_be_flat
         return self.followed[key]

@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.kinematics import IsFree
 from planner.kinematics.configurations import configurations
+from planner.kinematics.costs import PREFERENCE_WEIGHT, motion_costs
 from planner.kinematics.inverse import inverse_kinematics, solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import QUICK, Search
@@ -22,7 +23,7 @@ from planner.problems.regions import Region, region_of
 from planner.robots import Robot
 from planner.robots.tools import with_region_joints, with_tools
 from planner.spatial import FloatArray, Pose
-from planner.waypoints.choice import motion_costs
+from planner.tool_motions.redundancy.flattest import flattest_solutions
 from planner.waypoints.pinned import Pinned, pinned_robots
 from planner.waypoints.preferences import costs_of, least_cost
 from planner.waypoints.targets import wanted_poses
@@ -220,6 +221,10 @@ def _solutions(
     """Return joint positions (joints and offsets,) at poses across the region of a waypoint."""
     assert waypoint.free is not None  # noqa: S101 - has a region
     region, requested = region_of(waypoint.free), waypoint.pose_in_base
+    if options.prefer == "weld_flat":
+        flattest = flattest_solutions(robot, requested, region, options, near)
+        if flattest:
+            return [np.concatenate([q, offsets[::-1]]) for q, offsets in flattest]
     if robot.dof >= 6:
         return _in_spread(robot, requested, region, near, options)
     # Few poses of the region can be reached: those that the region's joints lead to.
@@ -236,6 +241,8 @@ def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinem
         """Return the costs (N,), s, of joint positions (N, joints and offsets) in the requested configuration."""
         own = positions[:, : robot.dof]
         found = motion_costs(robot, near, own, options.prefer) if preferred is None else preferred(own)
+        if options.prefer == "weld_flat":  # which leaves turns about the tool open
+            found = motion_costs(robot, near, own, options.prefer) + PREFERENCE_WEIGHT * found
         if wanted.names:
             found[[not wanted.allows(other) for other in configurations(robot, own)]] = np.inf
         return found

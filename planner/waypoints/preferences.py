@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from planner.kinematics.configurations import Configuration, configurations, in_configuration
+from planner.kinematics.costs import tilts
 from planner.kinematics.forward import LEAST_MANIPULABILITY, jacobian, manipulability
 from planner.kinematics.inverse import all_solutions
 from planner.kinematics.options import InverseKinematicsOptions
@@ -100,6 +101,8 @@ def costs_of(robot: Robot, options: InverseKinematicsOptions) -> Costs | None:
 
     def costs(positions: FloatArray) -> FloatArray:
         own = positions[:, : robot.dof]
+        if options.prefer == "weld_flat":
+            return tilts(robot, own)
         if options.prefer == "manipulability":
             return -np.log(np.maximum(manipulability(robot, own), LEAST_MANIPULABILITY))
         if options.prefer == "near_reference":  # times, s, at full speed of the joints

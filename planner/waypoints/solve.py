@@ -11,6 +11,7 @@ import numpy as np
 
 from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remedy, UnreachableWaypoint, distinct
 from planner.kinematics.configurations import Configuration
+from planner.kinematics.costs import joint_times
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, IsFree, inverse_kinematics, solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
@@ -24,14 +25,16 @@ from planner.problems.problem import (
     RelativeWaypoint,
     ViaWaypoint,
 )
+from planner.problems.regions import Region
 from planner.problems.rides import RideEnd
 from planner.robots import Robot
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
+from planner.tool_motions.redundancy.flattest import flattest_solutions
 from planner.tool_motions.tool_motion import RefusedMotion, RequestedMotion, ToolMotion
 from planner.waypoints.candidates import Layer, configuration_error, solutions_in
-from planner.waypoints.choice import Passage, Stop, joint_times, shortest_path, with_starts_of_motions
+from planner.waypoints.choice import Passage, Stop, shortest_path, with_chosen_axes, with_starts_of_motions
 from planner.waypoints.goal_regions import SettledWaypoint
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.pinned import pinned_robots, without_pins
@@ -146,6 +149,9 @@ class _Sequence:
                 wider = self._with_wider_choice(stops)
                 if wider != stops:
                     way = shortest_path(self.robot, wider, position, weight, prefer)
+            if isinstance(way, RefusedMotion) and not way.is_out_of_reach and self.robot.external_axes:
+                with_axes = shortest_path(self.robot, with_chosen_axes(stops), position, weight, prefer)
+                way = way if isinstance(with_axes, RefusedMotion) else with_axes
             if isinstance(way, RefusedMotion):
                 raise way.error.with_remedies(motion_remedies(way, self.waypoints[way.requested.index - 1]))
             for stop, passage in zip(stops, way, strict=True):
@@ -247,7 +253,9 @@ class _Sequence:
             return self._where_free(Layer.isolated(robot, allowed, pinned.own(ahead)).on_pins(pinned))
         layer = Layer.continuum(robot, allowed, pinned.own(ahead), pose, options, wanted).on_pins(pinned)
         if (costs := costs_of(robot, options)) is not None:
-            best = best_of_continuum(robot, pose, options, allowed, costs, wanted)
+            is_flat = options.prefer == "weld_flat"
+            flattest = flattest_solutions(robot, pose, Region(), options, pinned.own(near)) if is_flat else []
+            best = [q for q, _ in flattest] or best_of_continuum(robot, pose, options, allowed, costs, wanted)
             layer = layer.with_solutions(self.robots[index], pinned.solutions(best))
         return self._where_free(layer)
 

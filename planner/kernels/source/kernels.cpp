@@ -3,6 +3,7 @@
 #include "cubics.hpp"
 #include "descent.hpp"
 #include "intervals.hpp"
+#include "layers.hpp"
 #include "linear_limits.hpp"
 #include "orders.hpp"
 #include "passing.hpp"
@@ -528,5 +529,12 @@ int least_joint_distances(int64_t tasks, int64_t joints, const int64_t* states_o
                           const double* entries, double* least) {
     least_distances(tasks, joints, states_of, exits, blocks_of, entries, least);
     return OK;
+}
+
+// The cheapest ways to all states of layers: their total costs, the states before, and the positions turned next to these.
+int cheapest_ways(int64_t layers, int64_t joints, const int64_t* first_of, const double* fewest, const double* most, const double* costs,
+                  const double* slowest, const double* each, const double* furthest, double* positions, double* totals,
+                  int64_t* origins) {
+    return cheapest_ways({layers, joints, first_of, fewest, most, costs, slowest, each, furthest}, positions, totals, origins);
 }
 }

@@ -181,7 +181,7 @@ class Plans(Waypoints, Scenes):
         if self.chance(0.15) and request["backend"]["kind"] == "ruckig":
             request["backend"]["initial_velocity"] = self.velocity()
         if self.chance(0.1):
-            prefer = ("continuous", "near_reference", "manipulability", "far_from_limits", "arm")
+            prefer = ("continuous", "near_reference", "manipulability", "far_from_limits", "arm", "weld_flat")
             request["ik"] = {"prefer": self.choice(prefer), "reference": self.position(None).tolist()}
         if self.chance(0.15):
             at = self.choice(({"waypoint": 0}, {"waypoint": 1}, {"time": 0.01}, {"distance": 0.0}))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -238,3 +240,71 @@ def test_continuous_table_makes_the_turn_that_is_asked_for_along_a_line(turn: fl
     assert np.array([pose.position[[0, 2]] for pose in reached]) == pytest.approx(
         np.array([[0.05, 0.12]] * len(reached)), abs=2e-4
     )
+
+
+def on_cone(angle: float, lean: float = 0.6) -> Pose:
+    """Return the pose of the torch on a circle around a cone, whose surface leans outwards."""
+    normal = np.array([np.sin(lean) * np.cos(angle), np.sin(lean) * np.sin(angle), np.cos(lean)])
+    along = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    return Pose(
+        [0.15 * np.cos(angle), 0.15 * np.sin(angle), 0.05], np.array([along, np.cross(-normal, along), -normal]).T
+    )
+
+
+def cone_plan(robot: planner.Robot, **more: object) -> planner.Plan:
+    waypoints = [
+        HOME,
+        planner.PoseWaypoint(on_cone(0.0)),
+        planner.PoseWaypoint(
+            on_cone(2.6),
+            motion=planner.SplineMotion([on_cone(angle) for angle in np.linspace(0.0, 2.6, 30)[1:-1]]),
+            limits=planner.Limits(tcp_linear_velocity=SPEED),
+            **more,  # type: ignore[arg-type]
+        ),
+    ]
+    options = planner.InverseKinematicsOptions(prefer="weld_flat")
+    return planner.plan(planner.PlanningProblem(robot, waypoints, inverse_kinematics=options), planner.Ruckig())
+
+
+def tilts_in_world(cell: TwoBranches, positions: FloatArray) -> FloatArray:
+    """Return the angles, rad, between the axis of the torch and the vertical, with both machines in the world."""
+    return np.array([np.arccos(np.clip(-cell.tool(q).rotation[2, 2], -1.0, 1.0)) for q in positions])
+
+
+def test_a_positioner_holds_the_workpiece_flat_along_a_seam() -> None:
+    cell = TwoBranches(CELL.arm, CELL.axes, Pose([0.0, 0.0, 0.1], np.eye(3)))
+    made = cone_plan(cell.robot)
+    assert made.certificate.satisfied
+    start, end = made.trajectory.arrivals[1], made.trajectory.duration
+    (q,) = made.trajectory.evaluate(np.linspace(start, end, 200), [0])
+    assert tilts_in_world(cell, q).max() < np.radians(0.2)
+    between = np.linspace(start + 1.0, end - 1.0, 400)
+    placements = [cell.tool_in_workpiece(row) for row in made.trajectory.evaluate(between, [0])[0]]
+    speeds = speeds_between(placements, float(between[1] - between[0]))
+    assert np.ptp(speeds) <= 0.005 * SPEED
+
+
+@pytest.mark.large_only
+def test_a_workpiece_that_cannot_be_flat_is_as_flat_as_it_can_be() -> None:
+    """The axis tilts by up to 0.3 rad and the surface by 0.6 rad, so 0.3 rad are left at best."""
+    axes = [replace(TILT, lower=-0.3, upper=0.3), TURN]
+    cell = TwoBranches(CELL.arm, axes, Pose([0.0, 0.0, 0.1], np.eye(3)))
+    made = cone_plan(cell.robot)
+    (q,) = made.trajectory.evaluate(np.linspace(made.trajectory.arrivals[1], made.trajectory.duration, 100), [0])
+    found = tilts_in_world(cell, q)
+    assert found.min() >= 0.3 - 1e-6
+    assert found.mean() < 0.34
+
+
+def test_flat_welding_leaves_fixed_axes_and_needs_a_positioner() -> None:
+    cell = TwoBranches(CELL.arm, CELL.axes, Pose([0.0, 0.0, 0.1], np.eye(3)))
+    made = cone_plan(cell.robot, external={"turn": -2.6, "tilt": -0.5})
+    assert made.path.positions[-1][:2] == pytest.approx([-2.6, -0.5])
+    with pytest.raises(InvalidProblem) as refused:
+        planner.plan(
+            planner.PlanningProblem(
+                CELL.arm, [HOME.position[2:]], inverse_kinematics=planner.InverseKinematicsOptions(prefer="weld_flat")
+            )
+        )
+    assert refused.value.faults[0].field == ("inverse_kinematics", "prefer")
+    assert "positioner" in str(refused.value)

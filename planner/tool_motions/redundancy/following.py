@@ -1,0 +1,88 @@
+"""A path of the tool followed with the cheapest values of its open coordinates, made smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from planner.kinematics.options import Preference
+from planner.problems.regions import Region
+from planner.robots import Robot
+from planner.spatial import FloatArray
+from planner.tool_motions.follow import Lost
+from planner.tool_motions.pose_paths import PosePath
+from planner.tool_motions.redundancy.coordinates import OpenCoordinates
+from planner.tool_motions.redundancy.offset_paths import OffsetPath
+from planner.tool_motions.redundancy.smoothing import curve_through, smoothed
+from planner.tool_motions.redundancy.way import Way, cheapest_values, may_choose
+from planner.trajectories.polynomials import PiecewisePolynomial, shifted
+
+Follow = Callable[[Robot, PosePath, FloatArray, FloatArray | None], PiecewisePolynomial | Lost]
+"""Follows a path with an arm from a joint position (joints,) to a given one or to any."""
+
+
+def follow_by_choice(
+    robot: Robot,
+    path: PosePath,
+    region: Region,
+    start: FloatArray,
+    ends: list[FloatArray],
+    prefer: Preference,
+    follow: Follow,
+) -> Iterator[PiecewisePolynomial]:
+    """Choose offsets and external axes along a path, and follow it with the arm.
+
+    At first the external axes are chosen alone, then with the offsets. With `prefer` = `weld_flat` the cheaper comes
+    first.
+
+    Args:
+        robot: The robot, with its tool.
+        path: The path as it is written, with rotations.
+        region: The tolerance region of its poses; without ranges, the external axes alone are open.
+        start: (joints,), at its start.
+        ends: Joint positions (joints,), at one of which it ends; none: anywhere.
+        prefer: The preference among the ways.
+        follow: How the arm that is left follows a path.
+
+    Yields:
+        The positions of all joints over u from 0 to 1.
+    """
+    opened = (OpenCoordinates(robot, one) for one in dict.fromkeys([Region(), region]))
+    found = (
+        (coordinates, way)
+        for coordinates in opened
+        if may_choose(coordinates) and (way := cheapest_values(coordinates, path, start, ends, prefer)) is not None
+    )
+    for coordinates, way in sorted(found, key=lambda pair: pair[1].cost) if prefer == "weld_flat" else found:
+        curve = _followed(coordinates, path, start, way, follow, ends_there=bool(ends))
+        if curve is not None:
+            yield curve
+
+
+def _followed(
+    coordinates: OpenCoordinates, path: PosePath, start: FloatArray, way: Way, follow: Follow, *, ends_there: bool
+) -> PiecewisePolynomial | None:
+    """Follow a path with the values of a way, made smooth; None: the arm cannot."""
+    values, carried = np.clip(smoothed(way.values), coordinates.lower, coordinates.upper), coordinates.carried
+    curve = curve_through(values, coordinates.lower, coordinates.upper)
+    axes, offsets = (
+        PiecewisePolynomial(curve.lengths, curve.coefficients[:, columns])
+        for columns in (slice(None, carried), slice(carried, None))
+    )
+    breakpoints = np.union1d(path.breakpoints, curve.breakpoints[1:-1])
+    moved = OffsetPath(path, coordinates.region, offsets, breakpoints, coordinates.frame, axes if carried else None)
+    arm = follow(coordinates.arm, moved, start[carried:], way.positions[-1, carried:] if ends_there else None)
+    if isinstance(arm, Lost):
+        return None
+    return _beside(axes, arm) if carried else arm
+
+
+def _beside(axes: PiecewisePolynomial, arm: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Return the curve of external axes and of an arm whose pieces lie within the pieces of the axes."""
+    begins = arm.breakpoints[:-1]
+    pieces, _ = axes.locate(begins + 0.5 * arm.lengths)
+    own = shifted(axes.coefficients[pieces], (begins - axes.breakpoints[pieces])[:, None])
+    order = max(own.shape[2], arm.coefficients.shape[2])
+    padded = PiecewisePolynomial(arm.lengths, own).padded(order), arm.padded(order)
+    return PiecewisePolynomial(arm.lengths, np.concatenate([one.coefficients for one in padded], axis=1))
