@@ -308,3 +308,30 @@ def test_flat_welding_leaves_fixed_axes_and_needs_a_positioner() -> None:
         )
     assert refused.value.faults[0].field == ("inverse_kinematics", "prefer")
     assert "positioner" in str(refused.value)
+
+
+@pytest.mark.parametrize("seed", [2, 70, 304])
+def test_a_rail_goes_where_the_arm_can_follow_a_line(seed: int) -> None:
+    """The smallest steps of all joints lead to a limit on these lines, so they were refused."""
+    rail = ExternalAxis("rail", "prismatic", (1, 0, 0), lower=0.0, upper=3.0, velocity=1.0, mass=60.0)
+    robot, rng = load_robot("kuka_kr16_2").derived(external_axes=[rail]), np.random.default_rng(seed)
+    start = np.array([rng.uniform(0.3, 2.7), *(np.array([0.3, -1.2, 1.4, 0.2, 0.6, 0.1]) + rng.uniform(-0.6, 0.6, 6))])
+    before = planner.tool_pose(robot, start)
+    assert before.rotation is not None
+    way = rng.uniform(-1.0, 1.0, 3) * np.array([1.5, 0.8, 0.6])
+    turn = rotation_from_rpy(*rng.uniform(-1.2, 1.2, 3))
+    goal = planner.PoseWaypoint(Pose(before.position + way, before.rotation @ turn), motion=planner.LinearMotion())
+    made = planner.plan(planner.PlanningProblem(robot, [planner.JointWaypoint(start), goal]), planner.Quintic())
+    assert made.certificate.satisfied
+    for q in made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 50), [0])[0]:
+        placement = pin.updateFramePlacement(*_placed(robot, q), robot.tool_frame_id)
+        u = float((placement.translation - before.position) @ way / (way @ way))
+        assert np.linalg.norm(placement.translation - before.position - u * way) <= 1e-4
+        written = before.rotation @ pin.exp3(u * pin.log3(turn))
+        assert np.linalg.norm(pin.log3(written.T @ placement.rotation)) <= 1.5e-3
+
+
+def _placed(robot: planner.Robot, q: FloatArray) -> tuple[pin.Model, pin.Data]:
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q)
+    return robot.model, data

@@ -546,3 +546,34 @@ def test_a_derived_robot_has_the_rated_payload_of_its_base(service: RunningServi
         (remedy,) = problem["remedies"]
         assert (remedy["change"], remedy["value"]) == ("/payload/mass", 6.0)
     service.client.delete(f"{ROBOTS}/my_kuka")
+
+
+def test_a_positioner_welds_flat_on_request(service: RunningService) -> None:
+    """The workpiece turns by Ry(tilt) Rz(turn) in the world, where the torch comes from above."""
+    axes = [
+        {"name": "tilt", "axis": [0.0, 1.0, 0.0], "origin": {"position": [1.1, 0.0, 0.4]}, "lower": -1.6, "upper": 1.6},
+        {"name": "turn", "axis": [0.0, 0.0, 1.0], "origin": {"position": [0.0, 0.0, 0.15]}, "lower": -9, "upper": 9},
+    ]
+    body = {"kind": "derived", "id": "flat_cell", "from": "kuka_kr16_2", "tool": {"position": [0.1, 0.0, 0.3]}}
+    body |= {"positioner": [{"kind": "revolute", "velocity": 1.0, "mass": 50.0, **axis} for axis in axes]}
+    assert service.post(ROBOTS, body).status_code == 201
+    leaning = [
+        {"position": [0.0, y, 0.1], "orientation": {"kind": "rpy", "rpy": [math.pi - 0.5, 0.0, 0.0]}}
+        for y in (0.0, 0.1)
+    ]
+    asked = [joint(0.0, 0.0, 0.0, -1.5, 1.5, 0.0, 0.5, 0.0), {"kind": "pose", "pose": leaning[0]}]
+    asked.append({"kind": "pose", "pose": leaning[1], "motion": {"kind": "linear"}})
+    request = plan_request(robot="flat_cell", waypoints=asked, ik={"prefer": "weld_flat"})
+    planned = service.post(PLAN, request)
+    assert planned.status_code == 200, planned.text
+    samples = planned.json()["samples"]
+    on_line = np.array(samples["position"])[np.array(samples["segment"]) == 1]
+    normal = np.array([0.0, math.sin(0.5), math.cos(0.5)])
+    for turn, tilt in on_line[:, :2]:
+        x = math.cos(turn) * normal[0] - math.sin(turn) * normal[1]
+        assert -math.sin(tilt) * x + math.cos(tilt) * normal[2] >= math.cos(0.01)
+    refused = service.post(PLAN, plan_request(ik={"prefer": "weld_flat"}))
+    assert refused.status_code == 422
+    assert [fault["pointer"] for fault in refused.json()["errors"]] == ["/ik/prefer"]
+    assert "positioner" in refused.json()["errors"][0]["message"]
+    service.client.delete(f"{ROBOTS}/flat_cell")
