@@ -197,7 +197,7 @@ def waypoint_faults(
         yield ("waypoints", 0, KIND), "must not be relative: no waypoint is before the first one"
     if options.prefer == "near_reference" and options.reference is None:
         yield ("inverse_kinematics", "reference"), "is required with prefer = near_reference"
-    if options.prefer == "weld_flat" and not robot.positioner:
+    if options.prefer == "weld_flat" and (robot.holds_workpiece or not robot.positioner):
         yield ("inverse_kinematics", "prefer"), f"weld_flat needs a robot with a positioner; {robot.id} has none"
     if options.reference is not None and len(options.reference) != robot.dof:
         yield (
