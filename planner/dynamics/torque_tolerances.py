@@ -204,7 +204,7 @@ def _magnitudes(robot: Robot, errors: FloatArray, at_tip: FloatArray, tip: int) 
     own[tip] += at_tip
     force, moment, point = (float(np.linalg.norm(load[k : k + 3])) for k in (3, 6, 9))
     of_force = OF_DEGREE_1 * by_order * np.array([force, moment + force * point])
-    last = [OF_DEGREE_1 * np.linalg.norm(load[:3]), *of_force, load[12], 0.0]
+    last = [OF_DEGREE_1 * np.linalg.norm(load[:3]), *of_force, load[12], load[14]]
     return np.vstack([np.column_stack([reach, own, links[:, 25]]), last])
 
 

@@ -113,7 +113,7 @@ def torque_magnitudes(magnitudes: FloatArray, velocities: FloatArray, accelerati
         magnitudes: (joints + 1, `MAGNITUDE_NUMBERS`). First the largest distance of a joint from the one before. Then
             magnitudes of the mass of its link, of its first moments and of its inertia about the joint's origin. Last,
             1 for a revolute joint, 0 for a prismatic one. The last row has free fall, force and moment of the tool, and
-            the index of its link or -1. No rows: the bounds are 0.
+            the index of its link or -1. Then the number of the joints of a positioner. No rows: the bounds are 0.
         velocities: (states, joints).
         accelerations: (states, joints).
     """

@@ -23,7 +23,6 @@ from planner.robots.derived.fixed_tools import with_fixed_tool
 from planner.robots.derived.own_limits import OwnLimits, checked_positions, checked_table, is_within, with_own_limits
 from planner.robots.derived.positioners import (
     mounted_model,
-    refuse_following_errors,
     refuse_positioner,
     with_positioner,
 )
@@ -231,7 +230,6 @@ class Robot(PickledByFields, RobotDescription):
         positions = inherited | checked_positions(joints, named_positions or {}, findings)
         if mounting is not None and mounting.rotation is None:
             findings.error("invalid_pose", "mounting", "the mounting needs an orientation")
-        refuse_following_errors(left, joints, findings)
         table = checked_table(self.payload_table, payload_table, findings)
         findings.raise_errors()
         robot = replace(

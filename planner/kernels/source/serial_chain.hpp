@@ -174,27 +174,45 @@ static inline void torques(int64_t joints, const Link* links, const Load& load, 
 }
 
 // Magnitudes of a link: the distance of its joint from the one before, the mass, the first moments and the inertia about the
-// origin of its joint. The last row of a chain has free fall, force and moment of the tool, and the index of its link.
+// origin of its joint. The last row of a chain has free fall, force and moment of the tool, the index of its link, and the number
+// of the joints of a positioner.
 struct Magnitude { double reach, mass, first, second, turns; };  // MAGNITUDE_NUMBERS of planner/kernels/serial_chain.py
-// The same recursion with magnitudes in place of vectors: no torque of the chain is larger at any position of its joints, with these
+// The same recursions with magnitudes in place of vectors: no torque of the chain is larger at any position of its joints, with these
 // magnitudes of velocities and accelerations. `scratch` has room for two numbers of each joint.
 static inline void torque_magnitudes(int64_t joints, const Magnitude* rows, const double* v, const double* a, double* scratch, double* tau) {
     const Magnitude& load = rows[joints];
-    double w = 0.0, dw = 0.0, acc = load.reach;
-    for (int64_t i = 0; i < joints; i++) {
-        const Magnitude& row = rows[i];
-        acc += (dw + w * w) * row.reach;
-        if (row.turns != 0.0) { dw += a[i] + w * v[i]; w += v[i]; }
+    const int64_t first = (int64_t)load.turns;
+    double w = 0.0, dw = 0.0, acc = load.reach, force = 0.0, moment = 0.0;
+    auto swing = [&](int64_t i) { acc += (dw + w * w) * rows[i].reach; };
+    auto move = [&](int64_t i) {
+        if (rows[i].turns != 0.0) { dw += a[i] + w * v[i]; w += v[i]; }
         else acc += a[i] + 2.0 * w * v[i];
-        const bool is_loaded = (double)i == load.second;
+    };
+    auto wrench = [&](int64_t i, bool is_loaded) {
+        const Magnitude& row = rows[i];
         scratch[2 * i] = row.mass * acc + (dw + w * w) * row.first + (is_loaded ? load.mass : 0.0);
         scratch[2 * i + 1] = row.first * acc + (dw + w * w) * row.second + (is_loaded ? load.first : 0.0);
+    };
+    auto of_joint = [&](int64_t i) { return rows[i].turns != 0.0 ? moment : force; };
+    for (int64_t i = first - 1; i >= 0; i--) { move(i); swing(i); wrench(i, false); }
+    for (int64_t i = 0; i < first; i++) {
+        force += scratch[2 * i];
+        moment += scratch[2 * i + 1] + rows[i].reach * force;
+        tau[i] = of_joint(i);
     }
-    double force = 0.0, moment = 0.0;
-    for (int64_t i = joints - 1; i >= 0; i--) {
+    w = dw = force = moment = 0.0;
+    acc = load.reach;
+    for (int64_t i = first; i < joints; i++) { swing(i); move(i); wrench(i, (double)i == load.second); }
+    for (int64_t i = joints - 1; i >= first; i--) {
         force += scratch[2 * i];
         moment += scratch[2 * i + 1];
-        tau[i] = rows[i].turns != 0.0 ? moment : force;
+        tau[i] = of_joint(i);
+        moment += rows[i].reach * force;
+    }
+    force = load.mass;
+    moment = load.first;
+    for (int64_t i = first ? (int64_t)load.second : -1; i >= 0; i--) {
+        if (i < first) tau[i] += of_joint(i);
         moment += rows[i].reach * force;
     }
 }

@@ -17,7 +17,7 @@ from planner.robots.build import MovingJoint, build_model
 from planner.robots.derived.changes import FREE_FALL, AnyRobot
 from planner.robots.derived.external_axes import ExternalAxis, append_arm, external_chain, placement_of
 from planner.robots.derived.standing import FLIP, FOOT, foot_at_zero
-from planner.robots.description import Joint, RobotDescription
+from planner.robots.description import RobotDescription
 from planner.robots.findings import Findings, shown
 from planner.spatial import FloatArray, Pose
 
@@ -117,13 +117,6 @@ def refuse_positioner(robot: RobotDescription, axes: Sequence[ExternalAxis], fin
         text = f"{shown(robot.id)} has {what}: derive it from the arm on its `external_axes`"
         findings.error("axes_with_positioner", None, text)
         findings.raise_errors()
-
-
-def refuse_following_errors(robot: RobotDescription, joints: Sequence[Joint], findings: Findings) -> None:
-    """Refuse following errors beside a positioner, whose torques would miss them."""
-    if robot.positioner and (loose := [joint.name for joint in joints if joint.following_error]):
-        text = f"{shown(loose[0])} has a following error, which is not supported beside a positioner; set it to 0"
-        findings.error("following_error_with_positioner", shown(loose[0]), text)
 
 
 def mounted_model(robot: RobotDescription, mounting: FloatArray) -> pin.Model:

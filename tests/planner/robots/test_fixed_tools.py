@@ -168,7 +168,6 @@ def test_joints_that_are_fixed_leave_the_part_where_it_is() -> None:
 
 
 TOOL = Pose([1.0, 0.0, 0.5])
-LOOSE = {"joint_a1": {"following_error": 0.01}}
 TURN = ExternalAxis("turn", "continuous", (0, 0, 1))
 
 
@@ -184,7 +183,6 @@ TURN = ExternalAxis("turn", "continuous", (0, 0, 1))
         (KUKA.derived(fixed_tool=TOOL), {"fixed_tool": TOOL}, "second_positioner"),
         (KUKA.derived(fixed_tool=TOOL), {"positioner": [TURN]}, "second_positioner"),
         (KUKA.derived(fixed_tool=TOOL), {"external_axes": [TURN]}, "axes_with_positioner"),
-        (KUKA, {"fixed_tool": TOOL, "limits": LOOSE}, "following_error_with_positioner"),
     ],
 )  # fmt: skip
 def test_a_fixed_tool_that_cannot_be_is_refused(robot: object, changes: dict[str, object], code: str) -> None:

@@ -178,13 +178,6 @@ def test_a_positioner_on_a_mounted_arm_feels_the_world_s_gravity() -> None:
         ({"positioner": [ExternalAxis("workpiece", "continuous", (0, 0, 1))]}, "duplicate_name"),
         ({"positioner": [ExternalAxis("joint_a1", "continuous", (0, 0, 1))]}, "duplicate_name"),
         ({"positioner": [ExternalAxis("turn", "revolute", (0, 0, 1))]}, "missing_position_limit"),
-        (
-            {
-                "positioner": [ExternalAxis("turn", "continuous", (0, 0, 1))],
-                "limits": {"joint_a1": {"following_error": 0.01}},
-            },
-            "following_error_with_positioner",
-        ),
     ],
 )
 def test_a_positioner_that_cannot_be_is_refused(changes: dict[str, object], code: str) -> None:

@@ -45,7 +45,6 @@ export const findings: Record<string, string> = {
   negative_limit: 'Eine Grenze ist negativ.',
   negative_mass: 'Die Masse ist negativ.',
   axes_with_positioner: 'Der Roboter hat ein bewegtes Werkstück: Externe Achsen kommen vorher an den Arm.',
-  following_error_with_positioner: 'Neben einem Positionierer gibt es keine Folgefehler.',
   no_positioner: 'Das Werkstück hat eine Lage, aber weder Positionierer noch festes Werkzeug.',
   second_positioner: 'Der Roboter hat schon ein bewegtes Werkstück.',
   axes_with_fixed_tool: 'Mit einem festen Werkzeug gibt es keine externen Achsen.',
