@@ -159,37 +159,46 @@ def last_of(problem: PlanningProblem, number: int) -> int:
     return len(problem.waypoints) - 1 - problem.numbers[::-1].index(number)
 
 
-def find_detours(problem: PlanningProblem) -> tuple[Detour, ...]:
-    """Find the detours of all free motions, each from the end of the previous one.
+def find_detours(problem: PlanningProblem, known: Sequence[Detour] = ()) -> tuple[Detour, ...]:
+    """Find the detours of all free motions after the `known` ones, each from the end of the previous one.
 
     Raises:
-        Collision: There is not enough room at an end of a free motion.
+        PlanningError: As `find_detour`.
+    """
+    detours = list(known)
+    for index in free_waypoints(problem)[len(known) :]:
+        detours.append(find_detour(problem, detours, index))
+    return tuple(detours)
+
+
+def find_detour(problem: PlanningProblem, before: Sequence[Detour], index: int) -> Detour:
+    """Find the detour of the free motion to a waypoint, after the detours of all free motions before.
+
+    Raises:
+        Collision: There is not enough room at an end of the free motion.
         NoPathFound: The search used its budget of checked motions.
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
-    detours: list[Detour] = []
-    for index in free_waypoints(problem):
-        checker, start, goals, lead = ends_of_detour(problem, detours, index)
-        motion = problem.waypoints[index].motion
-        most = motion.most_checks if isinstance(motion, FreeMotion) else 0
-        robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
-        kept = kept_poses(problem, index)
-        lines = partial(find_path_with_straight_ends, robots, checker, start, goals, options, most)
-        detour = find_free_path(
-            problem.robot,
-            checker,
-            start,
-            goals,
-            most_checks=most,
-            seed=options.seed,
-            in_narrow=None if kept else lines,
-            kept=kept,
-            roadmap=problem.roadmap,
-        )
-        if detour.status != "found":
-            raise _refusal(problem, checker, index, detour, start, goals)
-        detours.append(Detour(index, detour.positions, LADDER[0 if len(detour.positions) > 2 else -1], lead))
-    return tuple(detours)
+    checker, start, goals, lead = ends_of_detour(problem, before, index)
+    motion = problem.waypoints[index].motion
+    most = motion.most_checks if isinstance(motion, FreeMotion) else 0
+    robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
+    kept = kept_poses(problem, index)
+    lines = partial(find_path_with_straight_ends, robots, checker, start, goals, options, most)
+    detour = find_free_path(
+        problem.robot,
+        checker,
+        start,
+        goals,
+        most_checks=most,
+        seed=options.seed,
+        in_narrow=None if kept else lines,
+        kept=kept,
+        roadmap=problem.roadmap,
+    )
+    if detour.status != "found":
+        raise _refusal(problem, checker, index, detour, start, goals)
+    return Detour(index, detour.positions, LADDER[0 if len(detour.positions) > 2 else -1], lead)
 
 
 class EndsOfDetour(NamedTuple):

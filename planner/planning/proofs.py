@@ -39,7 +39,7 @@ def plan_with(remedies: Iterable[Remedy], attempt: Attempt, longer: bool = False
     for remedy in remedies:
         problem, backend = remedy.applied_to(problem), remedy.applied_to_backend(backend)
     tried = Attempt(problem, without_search(backend))
-    quick = replace(problem, waypoints=tuple(map(_sought_quickly, problem.waypoints)))
+    quick = replace(problem, waypoints=tuple(map(sought_quickly, problem.waypoints)))
     if not longer and quick.waypoints != problem.waypoints:
         outcome = yield from planned(replace(tried, problem=quick))
         if isinstance(outcome, Refused):
@@ -47,7 +47,7 @@ def plan_with(remedies: Iterable[Remedy], attempt: Attempt, longer: bool = False
     return (yield from planned(tried))
 
 
-def _sought_quickly(waypoint: AnyWaypoint) -> AnyWaypoint:
+def sought_quickly(waypoint: AnyWaypoint) -> AnyWaypoint:
     """Return a waypoint to which a free motion is sought among few motions; any other as it is."""
     motion = waypoint.motion
     if not isinstance(motion, FreeMotion) or motion.most_checks <= QUICK_CHECKS:

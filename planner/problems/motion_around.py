@@ -42,6 +42,8 @@ class KeptMotion(JointMotion):
 class FreeMotion(KeptMotion):
     """A joint motion around obstacles: straight if that is collision-free, otherwise a detour.
 
+    Where it would meet a moving object, it goes around the space that the object takes up meanwhile, or begins later.
+
     A goal pose may be reached in any collision-free configuration, unless a tool motion follows. The whole motion keeps
     the constraints `keep`, and so must its start and its end.
 

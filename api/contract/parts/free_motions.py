@@ -101,7 +101,8 @@ class FreeMotion(Schema):
     A detour consists of straight joint motions that are proved collision-free at all times. Its corners are passed
     without a stop, blended or stopped at, whichever the certificate proves first. To a pose, the planner may choose
     any collision-free configuration, unless a tool motion follows. The segment cannot have a `duration`. Equal
-    requests (`seed`) give equal detours.
+    requests (`seed`) give equal detours. A motion that would meet a moving object goes around the space that it takes
+    up meanwhile, or begins later (`waits_for_object`), whichever ends sooner.
     """
 
     kind: Literal["free"]

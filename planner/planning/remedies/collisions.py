@@ -13,8 +13,8 @@ from planner.errors import ClearanceUnproved, Collision, Remedy
 from planner.free_motion.detours import last_of
 from planner.kinematics.configurations import BEHIND, POSITIVE_NAMES, Configuration, named_parts
 from planner.planning.attempts import Attempt, Planned, Proposals, Refused
+from planner.planning.moving.waits import waits_for_objects
 from planner.planning.proofs import QUICK_CHECKS, first_proved, plan_with, proved
-from planner.planning.remedies.waits import waits_for_objects
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import JointMotion, JointWaypoint, PlanningProblem, PolylineMotion, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition

@@ -40,6 +40,18 @@ def test_a_plan_waits_for_a_crate_and_is_refused_without_the_wait(service: Runni
     assert 1.0 < wait["value"] <= 1.16
 
 
+def test_a_free_motion_goes_around_the_crate_or_waits_by_itself(service: RunningService) -> None:
+    request = at_once()
+    request["waypoints"][1]["motion"] = {"kind": "free"}
+    around = checked(service.post(PLAN, request), answers.PlanAnswer)
+    assert len(around["waypoints"]) > 2
+    request["scene"]["objects"][1]["shape"]["size"] = [0.3, 0.1, 1.2]
+    waited = checked(service.post(PLAN, request), answers.PlanAnswer)
+    assert "waits_for_object" in {warning["code"] for warning in waited["warnings"]}
+    assert waited["waypoints"][0]["departure_time"] > 1.0
+    assert around["duration"] < waited["duration"]
+
+
 def test_motions_are_in_the_frame_of_the_object(service: RunningService) -> None:
     turned = {"position": [0.0, 0.0, 0.0], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, 3.141592653589793]}}
     motions = (

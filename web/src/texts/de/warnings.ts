@@ -13,6 +13,7 @@ export const warnings: Record<string, string> = {
   payload_only: 'Der Roboter hat keine Massen: Drehmomente sind die der Nutzlast allein.',
   nothing_to_optimise: 'Nichts an der Anfrage ist offen; die Dauer bleibt, wie sie ist.',
   ride_search_ended: 'Die Zeit für die Suche war zu kurz; eine frühere Ankunft und ein späterer Start sind möglich.',
+  waits_for_object: 'Der Roboter wartet an einem Wegpunkt länger, bis ein bewegtes Objekt vorbei ist.',
   suboptimal: 'Die Suche hat ihr Optimum nicht erreicht; die Bewegung hält alle Grenzen ein.',
   blend_reduced: 'Ein Überschleifradius ist kleiner als verlangt, weil sonst etwas zu nah käme.',
   estimated_shapes: 'Die Maschine kann aus ihren geschätzten Formen ragen; mit mehr Abstand planen.',

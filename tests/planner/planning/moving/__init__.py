@@ -1,0 +1,1 @@
+"""Tests of free motions beside moving objects."""
