@@ -21,6 +21,7 @@ from planner.constraints import (
     Bounds,
 )
 from planner.constraints.at_speed import RateAtSpeed, TorqueAtSpeed
+from planner.dynamics.torque_tolerances import INERTIAS
 from planner.guarantees import end_states
 from planner.plans.result import Plan
 from planner.problems.motion_around import KeptMotion, as_requested
@@ -30,6 +31,7 @@ from planner.problems.transitions import BlendTransition
 from planner.proofs.checker import BOUNDED_CLAIMS, DISTANCE_CLAIMS, JOINT_CLAIMS, TOOL_CLAIMS
 from planner.proofs.conditions import Condition, conditions_at, conditions_in, conditions_of, squared_tolerance
 from planner.proofs.guides import guide_of
+from planner.proofs.moving_workpieces import in_chain, left_out
 from planner.proofs.polynomial_paths import PolynomialPath
 from planner.robots import Robot
 from planner.robots.varying.torque_curves import TorqueCurves
@@ -95,6 +97,9 @@ def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
     distances = [name for name in DISTANCE_CLAIMS if getattr(plan.certificate, name) and name in limited]
     claims += [] if reasons else distances
     not_covered += [f"{name}: {reason}" for name in distances for reason in reasons]
+    lost = left_out(path.robot, scenes)
+    not_covered += [f"{name}: {reason}" for name, reason in lost.items() if name in claims]
+    claims = [name for name in claims if name not in lost]
     if path.robot.following_errors is not None:
         planned = ", ".join(name for name in PLANNED if name in claims) if follows else "all claims"
         not_covered.append(f"following errors: {planned} hold for planned positions")
@@ -121,7 +126,7 @@ def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
         "continuity": max(0, int(plan.certificate.continuity[1:])),
         "ends": {"initial": ends_of("initial", 0.0), "final": ends_of("final", plan.trajectory.duration)},
         "waypoints": list(_waypoints(plan, met, robots)),
-        "scenes": [_scene(checker, problem.speed_zones) for checker in scenes] if {*claims} & {*distances} else [],
+        "scenes": [_scene(path.robot, own, problem.speed_zones) for own in scenes] if {*claims} & {*distances} else [],
         "scene_of_segment": scene_of_segment if {*claims} & {*distances} else [],
     }
 
@@ -137,8 +142,13 @@ def motion_of(plan: Plan) -> dict[str, Any]:
 
 
 def _robot(robot: Robot, follows: bool) -> dict[str, Any]:
-    """Return the kinematics and inertias of a robot with its payload and tool, and its following errors."""
-    frame = robot.model.frames[robot.tool_frame_id]
+    """Return the kinematics and inertias of a robot with its payload and tool, and its following errors.
+
+    Where the workpiece moves, no claim is about torques, and the masses are 0.
+    """
+    frame, rows = robot.model.frames[robot.tool_frame_id], robot.chain.links.copy()
+    if robot.positioner:
+        rows[:, INERTIAS] = 0.0
     links = [
         {
             "rotation": row[:9].reshape(3, 3).tolist(),
@@ -151,7 +161,7 @@ def _robot(robot: Robot, follows: bool) -> dict[str, Any]:
             "damping": joint.damping,
             "rotor_inertia": joint.rotor_inertia,
         }
-        for row, joint in zip(robot.chain.links, robot.joints, strict=True)
+        for row, joint in zip(rows, robot.joints, strict=True)
     ]
     tool = {"joint": int(frame.parentJoint), "rotation": frame.placement.rotation.tolist()}
     tool["translation"] = frame.placement.translation.tolist()
@@ -359,11 +369,11 @@ def pairs_of(checker: CollisionChecker, zones: Sequence[SpeedZone]) -> dict[str,
     return {"clearance": list(zip(numbers.tolist(), margins, strict=True)), "speed_zones": of_zones}
 
 
-def _scene(checker: CollisionChecker, zones: Sequence[SpeedZone]) -> dict[str, Any]:
+def _scene(robot: Robot, checker: CollisionChecker, zones: Sequence[SpeedZone]) -> dict[str, Any]:
     """Return the shapes of a scene in the frames of their joints, and the pairs of each claim about distances."""
     bodies, obstacles = checker.bodies.pieces, checker.obstacles
     placed = [(body, body.joint) for body in bodies] + [(obstacle, 0) for obstacle in obstacles.pieces]
-    shapes = [{"name": piece.name, "joint": joint, **_shape(piece)} for piece, joint in placed]
+    shapes = [{"name": piece.name, **_shape(robot, piece, joint)} for piece, joint in placed]
     planes = zip(obstacles.half_spaces, obstacles.normals.tolist(), obstacles.offsets.tolist(), strict=True)
     shapes += [{"name": own.name, "joint": 0, "normal": normal, "offset": offset} for own, normal, offset in planes]
     joints = [shape["joint"] for shape in shapes]
@@ -376,13 +386,15 @@ def _scene(checker: CollisionChecker, zones: Sequence[SpeedZone]) -> dict[str, A
     return found
 
 
-def _shape(piece: Any) -> dict[str, Any]:
-    """Return a shape as points, and the disc and the ball that roll over their hull."""
+def _shape(robot: Robot, piece: Any, joint: int) -> dict[str, Any]:
+    """Return a shape behind a joint as points, and the disc and the ball that roll over their hull."""
     core = core_of(piece.shape)
-    points = core.points @ piece.rotation.T + piece.translation
+    number, rotation, translation = in_chain(robot, joint, piece.rotation, piece.translation)
+    points = core.points @ rotation.T + translation
     return {
+        "joint": number,
         "points": points.tolist(),
-        "axis": piece.rotation[:, 2].tolist(),
+        "axis": rotation[:, 2].tolist(),
         "disc": float(core.disc),
         "ball": float(core.ball),
     }

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from planner.certificate.clearance import segment_checkers
-from planner.errors import InvalidProblem
 from planner.kinematics.forward import tool_poses
 from planner.plans.result import Plan
 from planner.proofs.checker import (
@@ -25,6 +24,7 @@ from planner.proofs.checker import (
     digest,
 )
 from planner.proofs.guides import NODES, shares_of
+from planner.proofs.moving_workpieces import rotation_of
 from planner.proofs.polynomial_paths import PolynomialPath
 from planner.proofs.statement import met_waypoints, motion_of, pairs_of, paths_of, statement_of
 from planner.scene.checker import CollisionChecker
@@ -52,9 +52,6 @@ def write_proof(plan: Plan) -> dict[str, Any]:
     Args:
         plan: The plan, whose certificate is satisfied.
 
-    Raises:
-        InvalidProblem: The robot has a positioner.
-
     Examples:
         >>> import planner
         >>> robot = planner.load_robot("kuka_kr16_2")
@@ -65,9 +62,6 @@ def write_proof(plan: Plan) -> dict[str, Any]:
         >>> "velocity" in planner.check_proof(proof)
         True
     """
-    if plan.path.robot.positioner:
-        text = "must have no workpiece that moves: proofs state only the motions of arms whose base frame stands still"
-        raise InvalidProblem([(("robot",), text)])
     follows = plan.path.robot.following_errors is not None
     content = _written(plan, follows=follows)
     if follows and {name.split(":")[0] for name in content["statement"]["not_covered"]} & {"torque", *TOOL_CLAIMS}:
@@ -210,9 +204,8 @@ class _Finder:
                 choices = [None]
             elif (apart := checker.separate(placements, 0, numbers[pair][0])).distance >= limits[0] - CONTACT:
                 is_first = scene[name][pair][0] == checker.numbers_of(np.array([numbers[pair][0]]))[0, 0]
-                choices = _in_frame(
-                    placements.rotations[0, first["joint"]], apart.normal if is_first else -apart.normal
-                )
+                rotation = rotation_of(self._plan.path.robot, first["joint"], placements.rotations[0])
+                choices = _in_frame(rotation, apart.normal if is_first else -apart.normal)
             evidence = next((own for own in choices if motion.is_safe(scene, scene[name][pair], own)), left)
             if evidence is left:
                 left.append(pair)

@@ -68,15 +68,15 @@ def states_of(robot: Robot, count: int) -> FloatArray:
     return np.array([q, *rng.uniform(-1.0, 1.0, (2, count, robot.dof))])
 
 
-@pytest.mark.parametrize("force", [None, FORCE])
+@pytest.mark.parametrize("force", [pytest.param(None, marks=pytest.mark.large_only), FORCE])
 @pytest.mark.parametrize("name", CELLS)
 def test_the_values_bound_the_torques_at_all_actual_positions(name: str, force: ProcessForce | None) -> None:
     """The force acts on the tool relative to the workpiece: by virtual work, its power is that of its torques."""
     cell = CELLS[name]
     robot = replace(with_errors(cell.robot), process_force=force)
-    states, most = states_of(robot, 10), np.zeros((10, robot.dof))
+    states, most = states_of(robot, 5), np.zeros((5, robot.dof))
     units = np.eye(robot.dof)
-    for away in offsets(robot, 60):
+    for away in offsets(robot, 40):
         for k, (q, v, a) in enumerate(states.transpose(1, 0, 2)):
             torques = cell.torques(q + away, v, a)
             if force is not None:
