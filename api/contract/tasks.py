@@ -10,6 +10,7 @@ from api.contract.answers import PlanAnswer  # noqa: TC001 - pydantic evaluates 
 from api.contract.parts.backends import Backend  # noqa: TC001
 from api.contract.parts.common import Answer, Pose, Schema
 from api.contract.parts.free_motions import FreeMotion
+from api.contract.parts.goal_sets import Waypoint  # noqa: TC001
 from api.contract.parts.waypoints import JointMotion, SingleWaypoint
 from api.contract.requests import ProblemRequest, default_backend
 
@@ -29,9 +30,10 @@ Travel = Annotated[JointMotion | FreeMotion, Field(discriminator="kind")]
 class OrderTask(Schema):
     """Waypoints that belong together: a point, a line or seam, a closed contour, or a pick with its place."""
 
-    waypoints: Annotated[list[SingleWaypoint], Field(min_length=1, max_length=100)]
+    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100)]
     """The waypoints in the given direction. The robot gets to the first one by the `travel` motion. They have no `tool`
-    of their own, and no actions if the task is reversible or closed."""
+    of their own, and no actions if the task is reversible or closed. Such
+    tasks have no goal sets (`any_of`), either. The options of a task make at most 100 combinations."""
     name: TaskName | None = None
     """A name for `after`, which the answer repeats."""
     reversible: bool = False
@@ -99,6 +101,8 @@ class OrderedTask(Schema):
     """Whether the robot visits the waypoints in the opposite direction."""
     first: int
     """The index of the waypoint at which the robot enters a closed contour; else 0."""
+    options: list[int]
+    """The index of the chosen option for each goal set of the task, in order."""
 
 
 class OrderAnswer(Answer):

@@ -9,6 +9,7 @@ from itertools import pairwise, product
 
 import numpy as np
 
+from planner.fields import FieldPath
 from planner.problems.problem import PlanningProblem
 from planner.spatial import Pose
 from planner.tasks.task import ChangeableTool, Origin, Task, given_task
@@ -93,11 +94,11 @@ class ToolsOfTasks:
         point = self.points[index]
         return None if point is (self.own if before is None else self.points[before]) else point
 
-    def origin(self, index: int, waypoint: int, motion: int | None = None) -> Origin:
+    def origin(self, index: int, waypoint: int, motion: int | None = None, option: FieldPath = ()) -> Origin:
         """Return the origin of a waypoint of one of all tasks."""
         if index in (0, self.end):
             return Origin(None, min(index, 1))
         if index < self.end:
-            return Origin(index - 1, waypoint, motion)
+            return Origin(index - 1, waypoint, motion, option=option)
         tool, which = divmod(index - self.end - 1, 2)
         return Origin(None, waypoint, motion, tool, "put_back" if which else "take")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from planner.backends.base import BackEnd
 from planner.errors import InvalidProblem, PlanningError
 from planner.fields import FieldPath
+from planner.planning.option_choice import check_options
 from planner.problems.actions import Action, AtWaypoint
-from planner.problems.any_of import AnyOf
-from planner.problems.check import check_problem
+from planner.problems.any_of import AnyOf, WaypointSequence, goal_set_faults, waypoints_of
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
     AnyWaypoint,
@@ -20,14 +21,20 @@ from planner.problems.problem import (
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
+    Waypoint,
 )
 from planner.problems.transitions import StopTransition
+from planner.spatial import Pose
 from planner.tasks.changes import ToolsOfTasks
+from planner.tasks.options import MOST_COMBINATIONS, ChosenTask, number_of_combinations, with_options
 from planner.tasks.rules import Rules, rule_faults
 from planner.tasks.task import ARRIVAL, ChangeableTool, Origin, Task
 
-NO_GOAL_SETS = "must be one joint position or pose; got a goal set"
-"""The fault of a waypoint with options."""
+W = TypeVar("W", bound=Waypoint)
+"""The kind of a waypoint."""
+
+NO_GOAL_SETS = "must be one joint position or pose here; got a goal set"
+"""The fault of a waypoint with options at the start, at the end, and where a tool is changed."""
 
 NO_TOOL = "must be omitted: name one of `tools` as the tool of the task"
 """The fault of a waypoint with a tool centre point of its own."""
@@ -51,8 +58,8 @@ def refuse_faults(
         InvalidProblem: With every fault found.
         PlanningError: As `check_problem` does, for the tasks in some allowed order.
     """
-    faults = [
-        *_faults(problem, tasks, travel, changeable),
+    faults: list[tuple[FieldPath, str]] = [
+        *dict.fromkeys(_faults(problem, tasks, travel, changeable)),
         *rule_faults(tasks),
         *_tool_faults(tasks, changeable, mounted),
     ]
@@ -76,12 +83,24 @@ def refuse_faults(
         lists["waypoints"] += fields
         first, *others = task.waypoints
         motion = first.motion if given else travel
-        waypoints += [replace(first, motion=motion, tool=tools.new_point(before, index)), *others]
+        waypoints += [_reached(first, motion, tools.new_point(before, index)), *others]
         before = index
     try:
-        check_problem(replace(problem, waypoints=waypoints, actions=actions), backend)
+        check_options(replace(problem, waypoints=waypoints, actions=actions), backend)
     except InvalidProblem as refusal:
         raise InvalidProblem([(_in_task(fault.field, lists), fault.message) for fault in refusal.faults]) from None
+
+
+def _reached(waypoint: W, motion: Motion, tool: Pose | None) -> W:
+    """Return a waypoint to which a motion leads, with a tool; options keep the tool before."""
+    if not isinstance(waypoint, AnyOf):
+        return replace(waypoint, motion=motion, tool=tool)
+    options: list[AnyWaypoint | WaypointSequence] = []
+    for option in waypoint.options:
+        first, *others = waypoints_of(option)
+        first = replace(first, motion=motion)
+        options.append(WaypointSequence([first, *others]) if isinstance(option, WaypointSequence) else first)
+    return replace(waypoint, options=options)
 
 
 def _in_task(field: FieldPath, lists: Mapping[str, Sequence[FieldPath]]) -> FieldPath:
@@ -114,7 +133,12 @@ def _faults(
     if not tasks:
         yield ("tasks",), "must have at least one task"
     for i, task in enumerate(tasks):
-        yield from _task_faults(task, ("tasks", i), always_leads_on=len(problem.waypoints) > 1 and not changeable)
+        always_leads_on = len(problem.waypoints) > 1 and not changeable
+        yield from _task_faults(task, ("tasks", i))
+        faults = list(_faults_of_options(task, problem))
+        yield from ((("tasks", i, *fault), message) for fault, message in faults)
+        for chosen in [] if faults else _with_each_option(problem, task):
+            yield from _waypoint_faults(chosen, ("tasks", i), always_leads_on=always_leads_on)
 
 
 def _tool_faults(
@@ -134,13 +158,38 @@ def _tool_faults(
             way: Task = getattr(one, part)
             if way != Task(way.waypoints, actions=way.actions):
                 yield ("tools", k, part), "must have waypoints and actions alone"
-            yield from _task_faults(way, ("tools", k, part), always_leads_on=False)
+            yield from _task_faults(way, ("tools", k, part))
+            sets = [i for i, waypoint in enumerate(way.waypoints) if isinstance(waypoint, AnyOf)]
+            yield from ((("tools", k, part, "waypoints", i), NO_GOAL_SETS) for i in sets)
+            if not sets:
+                plain = ChosenTask(way, tuple(("waypoints", i) for i in range(len(way.waypoints))))
+                yield from _waypoint_faults(plain, ("tools", k, part), always_leads_on=False)
 
 
-def _task_faults(task: Task, field: FieldPath, *, always_leads_on: bool) -> Iterator[tuple[FieldPath, str]]:
+def _faults_of_options(task: Task, problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find faults of the goal sets of a task."""
+    sets = [k for k, waypoint in enumerate(task.waypoints) if isinstance(waypoint, AnyOf)]
+    if not sets:
+        return
+    if task.reversible or task.closed:
+        either = "reversible" if task.reversible else "closed"
+        yield (either,), "must be false for a task with a goal set"
+    yield from goal_set_faults(replace(problem, waypoints=task.waypoints, actions=()))
+    count = number_of_combinations(task)
+    if count > MOST_COMBINATIONS:
+        yield ("waypoints", sets[-1], "options"), f"must make at most {MOST_COMBINATIONS} combinations; got {count}"
+
+
+def _with_each_option(problem: PlanningProblem, task: Task) -> Iterator[ChosenTask]:
+    """Yield the task with options, until each option has occurred."""
+    sizes = [len(waypoint.options) for waypoint in task.waypoints if isinstance(waypoint, AnyOf)]
+    for row in range(max(sizes, default=1)):
+        yield with_options(problem, task, tuple(min(row, size - 1) for size in sizes))
+
+
+def _task_faults(task: Task, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
     if not task.waypoints:
         yield (*field, "waypoints"), "must have at least one waypoint"
-        return
     if task.closed and len(task.waypoints) == 1:
         yield (*field, "closed"), "must be false for a single waypoint: a contour has two or more"
     either = "reversible" if task.reversible else "closed"
@@ -149,13 +198,21 @@ def _task_faults(task: Task, field: FieldPath, *, always_leads_on: bool) -> Iter
     for k, action in enumerate(task.actions):
         if not isinstance(action.at, AtWaypoint) or not 0 <= action.at.waypoint < len(task.waypoints):
             yield (*field, "actions", k, "at"), "must be the index of a waypoint of the task"
+
+
+def _waypoint_faults(chosen: ChosenTask, field: FieldPath, *, always_leads_on: bool) -> Iterator[tuple[FieldPath, str]]:
+    """Find faults of the waypoints of a task that its goal sets and the problem alone do not show."""
+    task = chosen.task
+    either = "reversible" if task.reversible else "closed"
     for k, waypoint in enumerate(task.waypoints):
-        there = (*field, "waypoints", k)
-        if not isinstance(waypoint, AnyOf) and (waypoint.earliest_arrival or waypoint.latest_arrival is not None):
+        there = (*field, *chosen.paths[k])
+        if waypoint.earliest_arrival or waypoint.latest_arrival is not None:
             name = "earliest_arrival" if waypoint.earliest_arrival else "latest_arrival"
             yield (*there, name), "must be left out: the order decides when the robot arrives"
-        if isinstance(waypoint, AnyOf):
-            yield there, NO_GOAL_SETS
+        if not k and len(chosen.paths[k]) > len(("waypoints", k)):
+            for name in ("duration", "minimum_duration"):
+                if getattr(waypoint, name):
+                    yield (*there, name), "must be omitted in an option that begins a task"
         if waypoint.tool is not None:
             yield (*there, "tool"), NO_TOOL
         if isinstance(waypoint, RelativeWaypoint) and (k == 0 or task.reversible or task.closed):
@@ -195,7 +252,8 @@ def in_tasks(
             return "of the end" if origin.waypoint else "of the start"
         called = tasks[origin.task].name
         of = f"task {origin.task}" if called is None else f"task {origin.task} ({called!r})"
-        return f"{origin.waypoint} of {of}"
+        option = f" (option {origin.option[1]})" if origin.option else ""
+        return f"{origin.waypoint}{option} of {of}"
 
     if isinstance(refusal, InvalidProblem):
         return InvalidProblem([(_in_origin(fault.field, origins), fault.message) for fault in refusal.faults])

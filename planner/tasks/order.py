@@ -26,10 +26,11 @@ from planner.tasks.bound import least_duration
 from planner.tasks.changes import ToolsOfTasks
 from planner.tasks.costs import Costs
 from planner.tasks.faults import in_tasks, refuse_faults
+from planner.tasks.options import ChosenTask, combinations, with_options
 from planner.tasks.rules import Rules
 from planner.tasks.search import best_order
 from planner.tasks.states import NoState, States, states_of_tasks
-from planner.tasks.task import ChangeableTool, Origin, Task
+from planner.tasks.task import ChangeableTool, Origin, Task, Visit
 from planner.tasks.travel import UNUSABLE, JointSpeeds
 
 MOST_REPAIRS = 50
@@ -47,6 +48,7 @@ class OrderedTasks:
         order: The indices of the tasks in the order of the plan.
         reversed: For each task in order, whether the robot visits its waypoints in the opposite direction.
         first: For each task in order, the index of the waypoint at which it begins.
+        options: For each task in order, the index of the chosen option for each of its goal sets.
         origins: For each waypoint of `problem`, its task and its waypoint there.
         problem: The ordinary problem, whose waypoints are the tasks in order; free motions are as requested.
         plan: Its certified plan.
@@ -58,6 +60,7 @@ class OrderedTasks:
     order: tuple[int, ...]
     reversed: tuple[bool, ...]
     first: tuple[int, ...]
+    options: tuple[tuple[int, ...], ...]
     origins: tuple[Origin, ...]
     problem: PlanningProblem
     plan: Plan
@@ -129,7 +132,12 @@ class _Ordering:
         self.has_end = len(problem.waypoints) > 1
         self.began = monotonic()
         self.deadline = inf if seconds is None else self.began + SHARE_OF_SEARCH * seconds
-        every = [waypoint for task in self.tasks for waypoint in task.waypoints]
+        every = [
+            waypoint
+            for task in self.tasks
+            for options in combinations(task)
+            for waypoint in with_options(problem, task, options).task.waypoints
+        ]
         stops = all(isinstance(waypoint.transition, StopTransition) for waypoint in every)
         speeds = JointSpeeds.of(problem, stops=stops)
         arrivals = np.array([task.arrival for task in self.tasks])
@@ -142,9 +150,10 @@ class _Ordering:
             near = start.entries[0] if len(start.entries) == 1 else None
             return states_of_tasks(self.problem, self.tasks, self.robots, near, speeds)
         except NoState as none:
-            steps = zip(self.tasks[none.task].steps(), self.tasks[none.task].motions(), strict=True)
-            origins = [self.tools.origin(none.task, *step) for step in steps]
-            raise in_tasks(none.refusal, self.given, self.tools.changeable, origins) from None
+            chosen = with_options(self.problem, self.tasks[none.task], none.options)
+            raise in_tasks(
+                none.refusal, self.given, self.tools.changeable, self._origins(none.task, chosen, Visit())
+            ) from None
 
     def proposals(self) -> Proposals[OrderedTasks]:
         """Plan the best order, and others where plans show that the estimate of a motion is wrong."""
@@ -188,15 +197,28 @@ class _Ordering:
         before: int | None = None
         for state in chosen.tolist():
             index, visit = int(self.costs.states.tasks[state]), self.costs.states.visits[state]
-            task = self.tasks[index]
+            option = with_options(self.problem, self.tasks[index], visit.options)
+            task = option.task
             motion = task.waypoints[0].motion if index in (0, self.tools.end) else self.travel
             actions += task.actions_after(len(waypoints))
             first, *others = task.visited(visit, motion, self.costs.states.positions[state])
             waypoints += [replace(first, tool=self.tools.new_point(before, index)), *others]
             before = index
-            steps = zip(task.steps(visit), task.motions(visit), strict=True)
-            origins += [self.tools.origin(index, *step) for step in steps]
+            origins += self._origins(index, option, visit)
         return replace(self.problem, waypoints=waypoints, actions=actions), tuple(origins)
+
+    def _origins(self, index: int, chosen: ChosenTask, visit: Visit) -> list[Origin]:
+        """Return the origins of the waypoints of a task with its options on a visit."""
+
+        def requested(step: int) -> int:
+            return int(chosen.paths[step][1])
+
+        steps = zip(chosen.task.steps(visit), chosen.task.motions(visit), strict=True)
+        return [
+            self.tools.origin(index, requested(step), motion if motion is None else requested(motion), option)
+            for step, motion in steps
+            for option in [chosen.paths[step][2:]]
+        ]
 
     def _result(
         self,
@@ -214,6 +236,7 @@ class _Ordering:
             tuple((self.costs.states.tasks[inner] - 1).tolist()),
             tuple(visit.is_reversed for visit in visits),
             tuple(visit.first for visit in visits),
+            tuple(visit.options for visit in visits),
             origins,
             problem,
             plan,

@@ -30,6 +30,7 @@ from planner.robots import Robot
 from planner.scene import Handling, is_free
 from planner.scene.carried import checker_at_waypoints
 from planner.spatial import FloatArray, Pose
+from planner.tasks.options import combinations, with_options
 from planner.tasks.task import Task, Visit
 from planner.tasks.travel import JointSpeeds
 from planner.tolerances import POSITION_TOLERANCE
@@ -50,12 +51,13 @@ class NoState(Exception):
 
     Attributes:
         task: Index of the task.
-        refusal: The reason, with the index of a waypoint of the task.
+        options: The options of its goal sets to which the reason belongs.
+        refusal: The reason, with the index of a waypoint of the task with these options.
     """
 
-    def __init__(self, task: int, refusal: PlanningError) -> None:
+    def __init__(self, task: int, options: tuple[int, ...], refusal: PlanningError) -> None:
         super().__init__(refusal)
-        self.task, self.refusal = task, refusal
+        self.task, self.options, self.refusal = task, options, refusal
 
 
 class Carried(NamedTuple):
@@ -80,7 +82,7 @@ class States:
         durations: (states,), s: the estimated durations between the two.
         tasks: (states,): the index of the task of each state, ascending.
         opposites: (states,): the index of the state in the opposite direction; the state itself if there is none.
-        visits: The direction and the first waypoint of each state.
+        visits: The options, the direction and the first waypoint of each state.
         positions: The joint positions (steps, joints) of each state at the waypoints.
     """
 
@@ -119,18 +121,17 @@ def states_of_tasks(
     Raises:
         NoState: A task has no state.
     """
-    candidates = _candidates(problem, tasks, robots, near)
+    every = [(i, options) for i, task in enumerate(tasks) for options in combinations(task)]
+    chosen = [with_options(problem, tasks[i], options).task for i, options in every]
+    candidates = _candidates(problem, chosen, [robots[i] for i, _ in every], near)
     entries, exits, durations, of_task, opposites = [], [], [], [], []
     visits: list[Visit] = []
     positions: list[FloatArray] = []
-    for index, (task, robot) in enumerate(zip(tasks, robots, strict=True)):
-        own = replace(problem, robot=robot)
+    for (index, options), task, own_candidates in zip(every, chosen, candidates, strict=True):
         try:
-            carried = _carried(own, task, candidates[index], speeds)
+            carried = _carried(replace(problem, robot=robots[index]), task, own_candidates, speeds)
         except InvalidProblem as refusal:
-            raise NoState(index, refusal) from None
-        if not carried:
-            raise NoState(index, _refusal(own, task))
+            raise NoState(index, options, refusal) from None
         for forwards in carried:
             for visit in task.visits():
                 there = _on_visit(problem, forwards.positions, visit)
@@ -141,8 +142,11 @@ def states_of_tasks(
                 exits.append(there[-1])
                 durations.append(forwards.duration + task.waypoints[visit.first].dwell - task.waypoints[0].dwell)
                 of_task.append(index)
-                visits.append(visit)
+                visits.append(visit._replace(options=options))
                 positions.append(there)
+    for (index, options), task in zip(every, chosen, strict=True):
+        if index not in of_task:
+            raise NoState(index, options, _refusal(replace(problem, robot=robots[index]), task))
     return States(
         np.array(entries),
         np.array(exits),

@@ -31,10 +31,13 @@ class Visit(NamedTuple):
     Attributes:
         first: Index of the waypoint at which it begins, in the given direction.
         is_reversed: Whether it visits the waypoints in the opposite direction.
+        options: The index of the option for each goal set of the task, in order. The other fields are about the task
+            with these options.
     """
 
     first: int = 0
     is_reversed: bool = False
+    options: tuple[int, ...] = ()
 
 
 FORWARDS = Visit()
@@ -50,6 +53,7 @@ class Origin(NamedTuple):
         motion: Index of the waypoint of the task whose motion leads here; None: the motion from another task.
         tool: Index of the tool that is taken or put back; None: none.
         change: Which of the two, as the field of `ChangeableTool`.
+        option: The path from a goal set to the waypoint in its options; empty: it is no goal set.
     """
 
     task: int | None
@@ -57,12 +61,13 @@ class Origin(NamedTuple):
     motion: int | None = None
     tool: int | None = None
     change: Literal["take", "put_back"] | None = None
+    option: FieldPath = ()
 
     @property
     def field(self) -> FieldPath:
         """The field of the waypoint: in the problem, in `tasks` or in `tools`."""
         if self.task is not None:
-            return ("tasks", self.task, "waypoints", self.waypoint)
+            return ("tasks", self.task, "waypoints", self.waypoint, *self.option)
         if self.tool is not None and self.change is not None:
             return ("tools", self.tool, self.change, "waypoints", self.waypoint)
         return ("waypoints", self.waypoint)
@@ -74,7 +79,8 @@ class Task:
 
     Attributes:
         waypoints: One or more, in the given direction. The robot goes to the first one by the `travel` motion.
-            The motion of every other waypoint starts at the waypoint before it.
+            The motion of every other waypoint starts at the waypoint before it. Goal sets (`AnyOf`) are only in tasks
+            that are neither reversible nor closed.
         name: A name for people and for `after`; None: none.
         reversible: Whether the robot may visit the waypoints in the opposite direction.
         closed: Whether the waypoints are a closed contour, which the robot may enter at any of them and then leaves

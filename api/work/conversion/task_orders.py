@@ -20,7 +20,7 @@ from planner.tasks import ARRIVAL
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from api.contract.parts.waypoints import SingleWaypoint
+    from api.contract.parts.goal_sets import Waypoint
     from api.contract.tasks import OrderRequest
     from planner import FieldPath
     from planner.robots import Robot
@@ -91,7 +91,13 @@ def to_task_problem(request: OrderRequest, robot: Robot) -> TaskProblem:
     return TaskProblem(problem, tuple(tasks), tuple(tools))
 
 
-def _to_task(waypoints: Sequence[SingleWaypoint], request: OrderRequest, robot: Robot) -> planner.Task:
+def most_waypoints(waypoint: Waypoint) -> int:
+    """Return the largest number of waypoints that a waypoint of a task may become: those of its longest option."""
+    options = waypoint.options if waypoint.kind == "any_of" else ()
+    return max((len(option.waypoints) for option in options if option.kind == "sequence"), default=1)
+
+
+def _to_task(waypoints: Sequence[Waypoint], request: OrderRequest, robot: Robot) -> planner.Task:
     """Make a task of waypoints with their actions."""
     actions = to_actions((), waypoints)
     return planner.Task(with_waits(to_waypoints(waypoints, robot, request.frames), actions), actions=actions)
@@ -126,6 +132,20 @@ def to_plan_request(document: Mapping[str, Any], ordered: planner.OrderedTasks) 
     return shared | {"waypoints": [_ordered_waypoint(document, ordered, *pair) for pair in pairs]}
 
 
+def _with_option(task: Mapping[str, Any], origin: Origin) -> Mapping[str, Any]:
+    """Return the waypoint of a task, or of its chosen option: the last has the actions of the goal set."""
+    goal_set: dict[str, Any] = task["waypoints"][origin.waypoint]
+    found: Any = goal_set
+    for step in origin.option:
+        found = found[step]
+    own: dict[str, Any] = found
+    if not origin.option:
+        return own
+    option = goal_set["options"][int(origin.option[1])]
+    is_last = own is option or own is option["waypoints"][-1]
+    return own | ({"actions": goal_set["actions"]} if is_last and "actions" in goal_set else {})
+
+
 def _ordered_waypoint(
     document: Mapping[str, Any], ordered: planner.OrderedTasks, origin: Origin, planned: planner.AnyWaypoint
 ) -> dict[str, Any]:
@@ -136,8 +156,8 @@ def _ordered_waypoint(
     if not task:
         own = arrival = document[ENDS[origin.waypoint]]
     else:
-        own, first = task["waypoints"][origin.waypoint], {} if task.get("closed") else task["waypoints"][0]
-        arrival = first if origin.motion is None else task["waypoints"][origin.motion]
+        own, first = _with_option(task, origin), {} if task.get("closed") else task["waypoints"][0]
+        arrival = own if origin.option else first if origin.motion is None else task["waypoints"][origin.motion]
     waypoint = {name: value for name, value in own.items() if name not in ARRIVAL}
     waypoint |= {name: value for name, value in arrival.items() if name in ARRIVAL}
     if planned.tool is not None:

@@ -9,7 +9,7 @@ from api.contract import requests
 from api.contract.tasks import OrderRequest
 from api.work.answers.plans import as_dict
 from api.work.conversion.problems import to_backend, to_motion
-from api.work.conversion.task_orders import at_field, in_request, to_plan_request, to_task_problem
+from api.work.conversion.task_orders import at_field, in_request, most_waypoints, to_plan_request, to_task_problem
 from api.work.conversion.time_budgets import attempts_until
 from api.work.tasks.context import in_scene, task, validated
 from api.work.tasks.trajectories import figures_of, options_of, refuse_too_many_rows, with_roadmap
@@ -25,7 +25,7 @@ def order(context: TaskContext) -> Reply:
     """Answer POST /v1/tasks/order."""
     with context.stage("validate"):
         request = context.request(OrderRequest)
-        count = sum(len(one.waypoints) for one in request.tasks)
+        count = sum(most_waypoints(waypoint) for one in request.tasks for waypoint in one.waypoints)
         if count > context.caps.max_waypoints:
             most = context.caps.max_waypoints
             raise invalid_at("/tasks", f"must have at most {most} waypoints in all; got {count}")
@@ -51,7 +51,7 @@ def order(context: TaskContext) -> Reply:
     planned = to_plan_request(context.document, ordered)
     ordinary = in_scene(validated(requests.PlanRequest, planned, context.caps), context.arguments.get("scene"))
     options = options_of(ordinary, problem, context)
-    visits = zip(ordered.order, ordered.reversed, ordered.first, strict=True)
+    visits = zip(ordered.order, ordered.reversed, ordered.first, ordered.options, strict=True)
     answer = {
         "order": [
             {
@@ -60,8 +60,9 @@ def order(context: TaskContext) -> Reply:
                 "tool": tasks[index].tool,
                 "reversed": is_reversed,
                 "first": first,
+                "options": chosen,
             }
-            for index, is_reversed, first in visits
+            for index, is_reversed, first, chosen in visits
         ],
         "bound": ordered.bound,
         "gap": ordered.gap,

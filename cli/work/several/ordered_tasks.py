@@ -57,13 +57,14 @@ def order_file(
 
 
 def _order_table(tasks: tuple[planner.Task, ...], ordered: planner.OrderedTasks) -> Table:
-    """Return the tasks in order, with their tools if they have any."""
-    has_tools = any(task.tool is not None for task in tasks)
-    columns = ["Order", "task", "name", "direction", "first waypoint", *(["tool"] if has_tools else [])]
+    """Return the tasks in order, with their tools and options if they have any."""
+    has_tools, has_options = any(task.tool is not None for task in tasks), any(ordered.options)
+    further = ["tool"] * has_tools + ["options"] * has_options
+    columns = ["Order", "task", "name", "direction", "first waypoint", *further]
     table = Table(*columns, box=None, title_justify="left")
-    visits = zip(ordered.order, ordered.reversed, ordered.first, strict=True)
-    for place, (index, is_reversed, first) in enumerate(visits):
+    visits = zip(ordered.order, ordered.reversed, ordered.first, ordered.options, strict=True)
+    for place, (index, is_reversed, first, options) in enumerate(visits):
         direction = "reversed" if is_reversed else "as given"
-        tool = [tasks[index].tool or "own"] if has_tools else []
-        table.add_row(str(place), str(index), tasks[index].name or "", direction, str(first), *tool)
+        own = [tasks[index].tool or "own"] * has_tools + [", ".join(map(str, options))] * has_options
+        table.add_row(str(place), str(index), tasks[index].name or "", direction, str(first), *own)
     return table

@@ -36,7 +36,6 @@ def task(*waypoints: planner.Waypoint, **fields: Any) -> planner.Task:
             [task(POINT, POINT, reversible=True, actions=[planner.SetOutput(planner.AtWaypoint(0), "a", True)])],
             ("tasks", 0, "reversible"),
         ),
-        ([task(planner.AnyOf([POINT, POINT]))], ("tasks", 0, "waypoints", 0)),
         (
             [
                 task(),

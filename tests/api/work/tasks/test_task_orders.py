@@ -79,6 +79,23 @@ def test_request_of_the_answer_gives_the_same_plan(service: RunningService, fiel
     assert plan["waypoints"][0]["name"] == "home"
 
 
+def test_request_of_an_answer_with_goal_sets_gives_the_same_plan(service: RunningService) -> None:
+    far = {"kind": "joint", "position": [-2.0, -2.5, 0.5, 0.0, 0.0, 0.0]}
+    grasps = {"kind": "any_of", "actions": [OUTPUT, WAIT], "options": [far, pose(0.4, 0.3)]}
+    approach = {"kind": "sequence", "waypoints": [pose(0.4, -0.25), pose(0.4, -0.3, motion=LINE, dwell=0.5)]}
+    pick = {"waypoints": [grasps, {"kind": "any_of", "options": [approach, far | {"position": [2.5, -0.5, -1.5, 1.0, 1.0, 3.0]}]}]}
+    request = order_request(pick, point(0.5, 0.0), end=HOME)
+    answer = checked(service.post("/v1/tasks/order", request), OrderAnswer)
+    assert {task["task"]: task["options"] for task in answer["order"]} == {0: [1, 0], 1: []}
+    assert [action["kind"] for action in answer["plan"]["actions"]] == ["set_output", "wait"]
+    plan = checked(service.post("/v1/trajectories", answer["request"]), PlanAnswer)
+    assert plan["duration"] == pytest.approx(answer["plan"]["duration"], rel=1e-9)
+    assert plan["request_hash"] == answer["plan"]["request_hash"]
+    pick["waypoints"][1]["options"][1] = {**far, "latest_arrival": 1.0}
+    pointers = [fault["pointer"] for fault in service.post("/v1/tasks/order", request).json()["errors"]]
+    assert pointers == ["/tasks/0/waypoints/1/options/1/latest_arrival"]
+
+
 DRILL = {
     "name": "drill",
     "tool": {"position": [0.0, 0.0, 0.15]},
