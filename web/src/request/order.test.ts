@@ -28,7 +28,7 @@ test('a last waypoint on a line goes with its run, and a start with lines stays 
 
 test('tasks begin without a motion of their own, and travel is free if one of them was', () => {
   const asked = orderRequest(holes);
-  expect(asked.tasks.map(({ waypoints }) => waypoints[0]!.motion)).toEqual([undefined, undefined, undefined]);
+  expect(asked.tasks.map(({ waypoints }) => (waypoints[0] as Waypoint).motion)).toEqual([undefined, undefined, undefined]);
   expect(asked.travel).toEqual({ kind: 'free' });
   expect(asked).not.toHaveProperty('duration');
   expect(asked).not.toHaveProperty('actions');

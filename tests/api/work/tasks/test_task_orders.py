@@ -83,7 +83,8 @@ def test_request_of_an_answer_with_goal_sets_gives_the_same_plan(service: Runnin
     far = {"kind": "joint", "position": [-2.0, -2.5, 0.5, 0.0, 0.0, 0.0]}
     grasps = {"kind": "any_of", "actions": [OUTPUT, WAIT], "options": [far, pose(0.4, 0.3)]}
     approach = {"kind": "sequence", "waypoints": [pose(0.4, -0.25), pose(0.4, -0.3, motion=LINE, dwell=0.5)]}
-    pick = {"waypoints": [grasps, {"kind": "any_of", "options": [approach, far | {"position": [2.5, -0.5, -1.5, 1.0, 1.0, 3.0]}]}]}
+    elsewhere = far | {"position": [2.5, -0.5, -1.5, 1.0, 1.0, 3.0]}
+    pick = {"waypoints": [grasps, {"kind": "any_of", "options": [approach, elsewhere]}]}
     request = order_request(pick, point(0.5, 0.0), end=HOME)
     answer = checked(service.post("/v1/tasks/order", request), OrderAnswer)
     assert {task["task"]: task["options"] for task in answer["order"]} == {0: [1, 0], 1: []}
