@@ -92,7 +92,7 @@ def to_task_problem(request: OrderRequest, robot: Robot) -> TaskProblem:
 
 
 def most_waypoints(waypoint: Waypoint) -> int:
-    """Return the largest number of waypoints that a waypoint of a task may become: those of its longest option."""
+    """Return the number of waypoints of the longest option; 1 for a waypoint that is no goal set."""
     options = waypoint.options if waypoint.kind == "any_of" else ()
     return max((len(option.waypoints) for option in options if option.kind == "sequence"), default=1)
 
