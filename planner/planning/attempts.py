@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import count
 from math import inf
 from time import monotonic
 from typing import NamedTuple, TypeVar
@@ -16,7 +17,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from planner.backends.base import BackEnd
-from planner.errors import LimitsUnsatisfiable, PlanningError
+from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, PlanningError
 from planner.free_motion.detours import Detour, find_detours, with_detours
 from planner.free_motion.fixed import with_fixed
 from planner.free_motion.objectives import value_of
@@ -27,7 +28,8 @@ from planner.problems.check import check_problem
 from planner.problems.motion_around import Objective
 from planner.problems.problem import PlanningProblem
 from planner.spatial import FloatArray
-from planner.timing.arrivals import refuse_late_arrivals, with_waits
+from planner.timing.arrivals import refuse_late_arrivals, with_longer_segments, with_waits
+from planner.timing.durations import slowed_to
 from planner.timing.shaping import shaped
 from planner.tolerances import ROUNDING
 from planner.trajectories.trajectory import PlanWarning, Trajectory
@@ -35,6 +37,9 @@ from planner.trajectories.trajectory import PlanWarning, Trajectory
 T = TypeVar("T")
 """The type of a generator's final result."""
 
+
+MOST_LONGER = 6
+"""The most trials of longer segments, until all windows of passed waypoints are met."""
 
 SHAPED_STRETCHES = (1.005, 1.01, 1.02, 1.04, 1.08)
 """Factors on the durations of motions that break a limit slightly once they are shaped. The first that helps counts."""
@@ -162,13 +167,25 @@ class Attempt:
     def on_time(self, unshaped: Trajectory) -> OnTime:
         """Shape a trajectory, and wait at stops until no waypoint is reached before its earliest arrival.
 
+        Segments take longer where a wait would make the arrival at a passed waypoint too late.
+
         Raises:
             InfeasibleDuration: A waypoint is reached after its latest arrival.
             PlanningError: The robot cannot wait, or the trajectory is no better than one that there is.
         """
-        made = shaped(self.with_detours.residual_vibration, self.solved, unshaped)
-        problem, path, trajectory = with_waits(self.with_detours, self.solved, made)
-        refuse_late_arrivals(problem, trajectory)
+        requested, late, fastest = self.with_detours, None, unshaped
+        for trial in count():
+            made = shaped(requested.residual_vibration, self.solved, unshaped)
+            problem, path, trajectory = with_waits(requested, self.solved, made)
+            try:
+                refuse_late_arrivals(problem, trajectory)
+                break
+            except InfeasibleDuration as refusal:
+                late, longer = late or refusal, with_longer_segments(requested, made)
+                slower = None if longer is None else slowed_to(longer, self.backend, self.solved, fastest)
+                if longer is None or slower is None or trial == MOST_LONGER:
+                    raise late from None
+            requested, unshaped = longer, slower
         self.refuse_unless_better(trajectory)
         return OnTime(problem, path, trajectory, trajectory if made is unshaped else unshaped)
 

@@ -1,18 +1,20 @@
 """Arrivals at waypoints within their time windows: the robot waits at the last stop before a window that is not open.
 
-A wait keeps every limit that the trajectory keeps: it is a rest where the robot rests already.
+A wait keeps every limit that the trajectory keeps: it is a rest where the robot rests already. Where a wait would make
+the arrival at a passed waypoint too late, the segments after that waypoint take longer instead.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from planner.errors import InfeasibleDuration, InvalidProblem, Remedy
 from planner.paths import JointPath
 from planner.problems.problem import PlanningProblem, ViaWaypoint
-from planner.problems.rides import is_riding
+from planner.problems.rides import RideMotion, is_riding
 from planner.problems.transitions import StopTransition
 from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.trajectory import Trajectory
@@ -43,6 +45,42 @@ def with_waits(
         problem, path = replace(problem, waypoints=waypoints), replace(path, dwells=dwells)
         trajectory = with_wait(trajectory, stop, wait)
     return problem, path, trajectory
+
+
+def with_longer_segments(problem: PlanningProblem, trajectory: Trajectory) -> PlanningProblem | None:
+    """Return a problem whose segments take as long as the windows of passed waypoints require.
+
+    From stop to stop, each arrival i is put off by D_i: D_1 by a wait, D_i - D_(i-1) by a longer segment. The arrival
+    is r_i before its earliest, and h_i before its latest. D_i = min(max r, h_i, h_(i+1), ...) is the longest possible
+    wait. It must be at least r_i.
+
+    Args:
+        problem: The problem.
+        trajectory: Its trajectory without waits.
+
+    Returns:
+        The problem with minimum durations; None: no longer segments help.
+    """
+    waypoints, arrivals = list(problem.waypoints), trajectory.arrivals
+    durations = arrivals[1:] - trajectory.departures[:-1]
+    stops = [*sorted({last_stop(problem, k) for k in range(1, len(waypoints))}), len(waypoints) - 1]
+    put_off, is_longer = 0.0, False
+    for first, last in pairwise(stops):
+        inner = range(first + 1, last + 1)
+        needed = np.array([max(put_off, waypoints[k].earliest_arrival - arrivals[k]) for k in inner])
+        latest = [waypoints[k].latest_arrival for k in inner]
+        allowed = np.array([np.inf if at is None else at - arrivals[k] for k, at in zip(inner, latest, strict=True)])
+        delays = np.minimum(needed.max(), np.minimum.accumulate(allowed[::-1])[::-1])
+        if (delays < needed - LIMIT_TOLERANCE).any():
+            return None
+        for k, extra in zip(inner[1:], np.diff(delays).tolist(), strict=True):
+            if extra > LIMIT_TOLERANCE:
+                if waypoints[k].duration is not None or isinstance(waypoints[k].motion, RideMotion):
+                    return None
+                waypoints[k] = replace(waypoints[k], minimum_duration=float(durations[k - 1]) + extra)
+                is_longer = True
+        put_off = float(delays[-1])
+    return replace(problem, waypoints=tuple(waypoints)) if is_longer else None
 
 
 def last_stop(problem: PlanningProblem, waypoint: int) -> int:

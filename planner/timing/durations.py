@@ -143,6 +143,14 @@ def _with_least_durations(backend: BackEnd, path: JointPath, least: FloatArray) 
             return slowed, path.durations
 
 
+def slowed_to(problem: PlanningProblem, backend: BackEnd, path: JointPath, fastest: Trajectory) -> Trajectory | None:
+    """Slow a trajectory on its own path to the minimum durations of a problem; None: it must not be slowed."""
+    try:
+        return _slowed(backend, path, fastest, minimum_durations(problem))
+    except PlanningError:
+        return None
+
+
 def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: FloatArray) -> Trajectory | None:
     """Return the motion slowed on its own path where segments take less than `least` (segments,), s.
 

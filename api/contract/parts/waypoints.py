@@ -270,7 +270,8 @@ class WaypointBase(Schema):
     """The minimum time from the departure at the waypoint before to the arrival here, s. The segment takes longer
     where its limits or the `duration` of the whole trajectory need it."""
     earliest_arrival: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
-    """The least time from the start to the arrival here, s. The robot waits for it at the last stop before."""
+    """The least time from the start to the arrival here, s. The robot waits for it at the last stop before, or slows
+    down after a passed waypoint that the wait would make late."""
     latest_arrival: Seconds | None = None
     """The most time from the start to the arrival here, s. A request that cannot keep it is refused with the arrival
     that it can keep. Omitted: any time."""

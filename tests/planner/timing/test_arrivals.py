@@ -81,6 +81,33 @@ def test_a_passed_waypoint_is_reached_on_time_by_a_wait_at_the_stop_before() -> 
     np.testing.assert_allclose(before, after, atol=1e-9)
 
 
+@pytest.mark.parametrize("backend", ["trapezoidal", "toppra", pytest.param("ruckig", marks=pytest.mark.large_only)])
+def test_segments_take_longer_where_a_wait_would_make_a_passed_waypoint_late(backend: str) -> None:
+    passed = [np.add(HOME, turn) for turn in ([-0.5, 0.2, 0.0, 0.0, 0.0, 0.0], [-1.1, 0.1, 0.2, 0.0, 0.0, 0.0])]
+    first, second = (at(position, transition=planner.ThroughTransition()) for position in passed)
+    free = made([at(HOME), first, second, at(AWAY), at(HOME)], backend).trajectory
+    latest, earliest = float(free.arrivals[1]) + 0.1, float(free.arrivals[2]) + 1.5
+    late, soon = replace(first, latest_arrival=latest), replace(second, earliest_arrival=earliest)
+    last = at(HOME, earliest_arrival=6.0)
+    plan = made([at(HOME), late, soon, at(AWAY, latest_arrival=earliest + 0.9), last], backend).trajectory
+    np.testing.assert_allclose(plan.at_arrivals, free.at_arrivals, atol=1e-9)
+    assert plan.arrivals[1] <= latest * (1.0 + 1e-9)
+    assert earliest - 1e-9 <= plan.arrivals[2] <= earliest + 1e-2
+    assert plan.arrivals[4] == pytest.approx(6.0)
+    # The robot passes both waypoints in motion, on the same path, within the limits.
+    assert np.abs(plan.evaluate(plan.arrivals[1:3], [1])[0]).max(axis=1).min() > 0.5
+    times = np.linspace(0.0, plan.arrivals[3], 400)
+    found, known = plan.evaluate(times, [0])[0], free.evaluate(np.linspace(0.0, free.arrivals[3], 4000), [0])[0]
+    assert max(np.abs(known - q).max(axis=1).min() for q in found) < 2e-3
+    for k, limit in enumerate(("velocity", "acceleration"), 1):
+        assert (np.abs(plan.evaluate(times, [k])[0]) <= ROBOT.limit(limit) * (1.0 + 1e-6)).all()
+    # A wait alone would be late, and no slower segment makes the first waypoint sooner.
+    assert earliest - free.arrivals[2] > latest - free.arrivals[1]
+    with pytest.raises(planner.InfeasibleDuration) as refused:
+        made([at(HOME), replace(late, latest_arrival=float(free.arrivals[1]) - 0.01), soon, at(AWAY)], backend)
+    assert refused.value.waypoint == 1
+
+
 def test_shaped_motions_arrive_on_time_without_more_waiting_than_needed() -> None:
     mode = planner.ResidualVibration(5.0, 0.05, 0.1)
     free = made([at(HOME), at(AWAY)], residual_vibration=mode).trajectory
