@@ -12,7 +12,7 @@ from planner.scene.checker import CONTACT_TOLERANCE, CONTACTS, CollisionChecker
 from planner.scene.point_cloud import Cluster
 from planner.scene.scene import HERE, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
-from planner.simulation.plant import mujoco_quaternion
+from planner.simulation.plant import add_joints, joint_numbers, mujoco_quaternion
 from planner.spatial import FloatArray
 
 ROBOT = {"contype": 1, "conaffinity": 0}
@@ -36,13 +36,7 @@ class Geometry:
         if checker.is_empty and not checker.moving:
             return
         self._spec = mujoco.MjSpec()
-        tree, bodies = checker.bodies.tree, [self._spec.worldbody]
-        for k, parent in enumerate(tree.parents):
-            body = bodies[parent].add_body(pos=tree.shifts[k], quat=mujoco_quaternion(tree.turns[k]))
-            kind = mujoco.mjtJoint.mjJNT_HINGE if tree.is_angle[k] else mujoco.mjtJoint.mjJNT_SLIDE
-            body.add_joint(type=kind, axis=[0.0, 0.0, 1.0])
-            body.mass, body.inertia, body.explicitinertial = 1.0, np.ones(3), True
-            bodies.append(body)
+        bodies = add_joints(self._spec, checker.bodies.tree)
         self._count = len(checker.bodies.pieces)
         touching = checker.requested.get(CONTACTS, False)
         least = np.minimum(checker.margins, 0.0) - np.where(touching, DEEPEST_SUPPORT, 0.0)
@@ -61,6 +55,7 @@ class Geometry:
             self._spec.add_pair(geomname1=f"{first}", geomname2=f"{second}")
         self._model = self._spec.compile()
         self._data: Any = mujoco.MjData(self._model)
+        self._joints = joint_numbers(self._model, checker.dof)
         names = (self._model.geom(k).name for k in range(self._model.ngeom))
         self._numbers = np.array([int(name.partition(".")[0]) for name in names], dtype=int)
 
@@ -73,7 +68,7 @@ class Geometry:
         """
         if self._model is None:
             return []
-        self._data.qpos[:] = position
+        self._data.qpos[self._joints] = position
         for k, thing in enumerate(self.checker.moving):
             pose = thing.pose_at(time).to_frame(self.checker.base or HERE)
             rotation = np.eye(3) if pose.rotation is None else pose.rotation

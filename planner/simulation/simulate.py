@@ -139,7 +139,7 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
 
     Raises:
         MissingDynamics: The robot has no masses.
-        InvalidProblem: The cycle is longer than the trajectory, or the robot has a positioner.
+        InvalidProblem: The cycle is longer than the trajectory.
         ModuleNotFoundError: MuJoCo is not installed (extra `models`).
     """
     from planner.simulation.plant import Plant
@@ -147,9 +147,6 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     trajectory, dynamics = plan.trajectory, plan.path.dynamics
     if not all(robot.mass > 0.0 for robot in dynamics.robots):
         raise MissingDynamics(f"{plan.problem.robot.id} has no link inertias: its motion cannot be simulated")
-    if any(robot.positioner for robot in dynamics.robots):
-        text = "must have no workpiece that moves: simulations know only arms whose base frame stands still"
-        raise InvalidProblem([(("robot",), text)])
     if servo.cycle > trajectory.duration:
         message = f"`cycle` must be shorter than the trajectory, {trajectory.duration:g} s; got {servo.cycle:g}"
         raise InvalidProblem([(("cycle",), message)])
@@ -170,8 +167,8 @@ def simulate(plan: Plan, servo: Servo = Servo()) -> Simulation:
     for k, (q, v) in enumerate(zip(planned[0], planned[1], strict=True)):
         if k and robots[k] is not robots[k - 1]:
             plant.carry(robots[k])
-        position[k] = plant.data.qpos
-        correction = rate**2 * (q - position[k]) + 2.0 * rate * (v - plant.data.qvel)
+        position[k] = plant.position
+        correction = rate**2 * (q - position[k]) + 2.0 * rate * (v - plant.velocity)
         needed = fed[servo.feed_forward][k] + plant.mass_matrix() @ correction
         torque[k] = np.clip(needed, lower, upper)
         limited[k] = torque[k] != needed

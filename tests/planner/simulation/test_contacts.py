@@ -62,6 +62,26 @@ def test_overlaps_are_those_of_coal() -> None:
     assert ("link_6", "box") not in seen
 
 
+@pytest.mark.parametrize("name", ["positioner", "fixed tool"])
+def test_overlaps_of_a_workpiece_that_moves_are_those_of_coal(name: str) -> None:
+    """The workpiece meets objects of the world where it is at the position of the joints."""
+    arm, table = planner.load_robot("ur5e"), planner.ExternalAxis("turn", "continuous", (1, 2, 3))
+    part = planner.AttachedObject("part", [planner.Box([0.2, 0.3, 0.4])], planner.Pose([0.1, 0.3, 0.2]), "workpiece")
+    how = {"positioner": [table]} if name == "positioner" else {"fixed_tool": planner.Pose([0.5, 0.0, 0.5])}
+    checker = CollisionChecker(arm.derived(id="cell", **how), planner.Scene(_around(), attached=[part]))
+    geometry, met = Geometry(checker), 0
+    pairs = range(checker.own_pairs, checker.own_pairs + checker.margins.size)
+    of_part = [pair for pair in pairs if checker.names(pair)[0] == "part"]
+    for position in rng.uniform(-2.5, 2.5, (15, checker.dof)):
+        placements = checker.bodies.at(position[None])
+        distances = {checker.names(pair)[1]: _distance(checker, placements, pair) for pair in of_part}
+        found = {second for (first, second), _ in geometry.overlaps(0.0, position) if first == "part"}
+        assert {other for other, distance in distances.items() if distance < -BETWEEN} <= found
+        assert found <= {other for other, distance in distances.items() if distance <= BETWEEN}
+        met += len(found)
+    assert met > 3
+
+
 def _distance(checker: CollisionChecker, placements: object, pair: int) -> float:
     """Return the distance of a pair by coal, m; negative inside."""
     frames = placements.rotations[0], placements.origins[0]  # type: ignore[attr-defined]

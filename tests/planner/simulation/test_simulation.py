@@ -27,7 +27,21 @@ def _robots() -> dict[str, planner.Robot]:
     arm = planner.load_robot("ur5e")
     carrying = arm.with_tool(planner.Pose([0.1, 0.0, 0.2])).with_payload(planner.Payload(3.0, (0.0, 0.1, 0.05)))
     rail = planner.ExternalAxis("rail", "prismatic", (1, 0, 0), lower=-1.0, upper=3.0, velocity=1.0, mass=60.0)
+    axes = [
+        planner.ExternalAxis("slide", "prismatic", (1, 2, 0), planner.Pose([1.0, 0.2, 0.4]), -1.0, 1.0, mass=40.0),
+        planner.ExternalAxis("turn", "continuous", (0, 1, 1), mass=9.0, inertia=(1.0, 0.0, 0.1, 2.0, 0.0, 2.0)),
+    ]
+    part = planner.Pose.from_rpy([0.1, 0.0, 0.2], [0.3, 0.2, 0.1])
+    welding = carrying.derived(id="cell", positioner=axes, workpiece=part)
+    holding = arm.derived(
+        id="held", mounting=planner.Pose.from_rpy([0.0, 0.0, 1.0], [0.1, 0.2, 0.3]), fixed_tool=part, workpiece=part
+    ).with_payload(planner.Payload(3.0, (0.0, 0.1, 0.05)))
+    force, moment = (5.0, 3.0, -10.0), (0.5, 1.0, 2.0)
     return {
+        "on_a_positioner": welding,
+        "welding": replace(welding, process_force=planner.ProcessForce(force, moment, frame="base")),
+        "holding_a_part": holding,
+        "grinding": replace(holding, process_force=planner.ProcessForce(force, moment)),
         "plain": arm,
         "carrying": carrying,
         "drilling": replace(carrying, process_force=planner.ProcessForce((5.0, 3.0, 40.0), (0.5, 1.0, 2.0))),
@@ -48,6 +62,17 @@ def test_the_arm_of_mujoco_accelerates_like_that_of_pinocchio(name: str) -> None
         plant.set_state(q, v)
         plant.apply(torques)
         np.testing.assert_allclose(plant.acceleration(), a, atol=1e-8 * max(1.0, np.abs(torques).max()))
+
+
+@pytest.mark.parametrize("name", ["welding", "grinding"])
+def test_plans_run_where_the_workpiece_moves(name: str) -> None:
+    robot = _robots()[name]
+    home = (0.1, 0.4, *HOME) if name == "welding" else HOME[::-1]
+    plan = planner.plan(_problem(robot, home, 3), planner.Quintic())
+    run = planner.simulate(plan)
+    assert run.following_error.max() < 2e-3
+    assert run.end_error.max() < 1e-4
+    np.testing.assert_allclose(run.torque_ratio, 1.0, atol=0.1)
 
 
 def test_heavier_arms_have_larger_torques() -> None:
