@@ -189,7 +189,7 @@ class Engine:
 
     async def _plan(self, items: list[Claimed]) -> None:
         """Plan items; whatever happens, something comes of each, or it is at hand again."""
-        needed = {digest for item in items for digest in (item.robot, item.scene) if digest is not None}
+        needed = {digest for item in items for digest in (item.robot, item.scene, item.roadmap) if digest is not None}
         definitions = {digest: await self._definition(digest) for digest in needed}
         try:
             replies = await self._planners.plan(Chunk(items, definitions))
@@ -215,7 +215,7 @@ class Engine:
         return Outcome(item.batch, item.position, PLANNED, reply.body, duration, ratio, seconds)
 
     async def _definition(self, digest: str) -> bytes:
-        """Find the definition of an added robot or scene."""
+        """Find the definition of an added robot or scene, or a roadmap."""
         while digest not in self._definitions:
             try:
                 found = await self._database.read(claims.definition_of, digest)

@@ -32,7 +32,7 @@ class Chunk(NamedTuple):
 
     Attributes:
         items: The requests.
-        definitions: The definitions of the added robots and scenes that they name, by digest.
+        definitions: The definitions of the added robots and scenes that they name, and their roadmaps, by digest.
     """
 
     items: Sequence[Claimed]
@@ -141,7 +141,7 @@ class PoolPlanners:
 
 
 def _arguments(item: Claimed, definitions: Mapping[str, bytes]) -> dict[str, Any]:
-    needed = {"definition": item.robot, "scene": item.scene}
+    needed = {"definition": item.robot, "scene": item.scene, "roadmap": item.roadmap}
     return {name: definitions[digest] for name, digest in needed.items() if digest is not None}
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from api.contract.cells import MOST_ROBOTS
+from api.contract.parts.free_motions import motions_of
 from api.pool.costs import Kind
 
 CostKey = Callable[[Mapping[str, Any]], tuple[Any, ...]]
@@ -47,7 +48,7 @@ def by_size(_document: Mapping[str, Any]) -> tuple[Any, ...]:
 
 def by_plan(document: Mapping[str, Any]) -> tuple[Any, ...]:
     """Declare that the back end, slow motions, searches and the time budgets decide the duration of the operation."""
-    motions = list(_motions(document.get("waypoints")))
+    motions = list(motions_of(document.get("waypoints")))
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
     budgets = [asked.get("time_budget") for asked in (document, *motions) if asked.get("optimise")]
     waypoints = document.get("waypoints")
@@ -88,20 +89,3 @@ def _options(backend: Any) -> tuple[Any, ...]:
         return ()
     known = backend.get("kind") if backend.get("kind") in BACKENDS else "other"
     return (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
-
-
-def may_have_free_motions(document: Mapping[str, Any]) -> bool:
-    """Tell whether a body has free motions, or tasks in any order, between which motions in a scene are free."""
-    return "tasks" in document or any(motion.get("kind") == "free" for motion in _motions(document.get("waypoints")))
-
-
-def _motions(waypoints: Any) -> Iterator[Mapping[str, Any]]:
-    """Yield the motions of waypoints, and of the options of goal sets among them."""
-    for waypoint in waypoints if isinstance(waypoints, list) else ():
-        if not isinstance(waypoint, dict):
-            continue
-        if isinstance(motion := waypoint.get("motion"), dict):
-            yield motion
-        for options in ("options", "waypoints"):
-            if options in waypoint:
-                yield from _motions(waypoint[options])

@@ -17,7 +17,7 @@ from api.base.pages import MOST_ENTRIES
 from api.base.size import parse_json, refuse_many_rows
 from api.contract.cells import MOST_ROBOTS
 from api.contract.parts.common import DEFAULT_DEADLINE
-from api.http.cost_keys import may_have_free_motions
+from api.contract.parts.free_motions import may_have_free_motions
 from api.pool.jobs import queue_is_full
 from api.store.clients import Client
 from api.store.contents.digests import sha256

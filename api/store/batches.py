@@ -10,6 +10,7 @@ from sqlalchemy import delete, func, insert, select, update
 
 from api.store.locks import BATCHES, CONTENTS, exclusively
 from api.store.named_contents import ROBOTS, SCENES
+from api.store.roadmaps import forget_of_items, keep_for_items
 from api.store.tables import batches, engines, items
 
 if TYPE_CHECKING:
@@ -149,12 +150,13 @@ def begin_batch(
 def append_items(connection: Connection, number: int, first: int, chunk: Sequence[NewItem], namespace: str) -> int:
     """Put requests into a batch that arrives, from position `first` on; give the number of all of them.
 
-    Each keeps the current robot and scene of its ids, in a namespace or else for all. The batch needs them, also when
-    the ids change.
+    Each keeps the current robot and scene of its ids, in a namespace or else for all, and the roadmap of both. The
+    batch needs them, also when the ids change.
     """
     exclusively(connection, CONTENTS)
     robots = ROBOTS.digests(connection, namespace, {item.robot for item in chunk})
     scenes = SCENES.digests(connection, namespace, {item.scene for item in chunk})
+    roadmaps = keep_for_items(connection, namespace, chunk, robots, scenes)
     rows = [
         {
             "batch": number,
@@ -163,8 +165,9 @@ def append_items(connection: Connection, number: int, first: int, chunk: Sequenc
             "robot": robots.get(item.robot or ""),
             "scene": scenes.get(item.scene or ""),
             "deadline": item.deadline,
+            "roadmap": roadmap,
         }
-        for position, item in enumerate(chunk, first)
+        for position, (item, roadmap) in enumerate(zip(chunk, roadmaps, strict=True), first)
     ]
     connection.execute(insert(items), rows)
     size = sum(len(item.request) for item in chunk)
@@ -181,7 +184,7 @@ def open_batch(connection: Connection, number: int, body_digest: str) -> None:
 
 
 def discard_batches(connection: Connection, numbers: Iterable[int]) -> None:
-    """Forget batches, their items, and contents of robots and scenes that nothing else needs."""
+    """Forget batches, their items, and contents of robots, scenes and roadmaps that nothing else needs."""
     chosen = list(numbers)
     if not chosen:
         return
@@ -190,10 +193,12 @@ def discard_batches(connection: Connection, numbers: Iterable[int]) -> None:
         kind: connection.scalars(select(needed).where(items.c.batch.in_(chosen)).distinct()).all()
         for kind, needed in ((ROBOTS, items.c.robot), (SCENES, items.c.scene))
     }
+    of_roadmaps = connection.scalars(select(items.c.roadmap).where(items.c.batch.in_(chosen)).distinct()).all()
     connection.execute(delete(items).where(items.c.batch.in_(chosen)))
     connection.execute(delete(batches).where(batches.c.number.in_(chosen)))
     for kind, digests in used.items():
         kind.forget(connection, digests)
+    forget_of_items(connection, of_roadmaps)
 
 
 def find_batch(connection: Connection, batch_id: str, owner: str | None = None) -> BatchRecord | None:

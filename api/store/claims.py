@@ -10,11 +10,11 @@ import math
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sqlalchemy import bindparam, delete, func, insert, or_, select, update
+from sqlalchemy import bindparam, delete, func, insert, or_, select, union_all, update
 
 from api.store.batches import ENGINE_TIMEOUT
 from api.store.items import Result
-from api.store.tables import batches, engines, items, robot_contents, scene_contents
+from api.store.tables import batches, engines, items, roadmap_contents, robot_contents, scene_contents
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -42,6 +42,7 @@ class Claimed(NamedTuple):
         robot: The digest of the added robot that it names; None: a robot of the catalogue, or none.
         scene: The digest of the scene that it names; None: none.
         deadline: The deadline that it asks, s.
+        roadmap: The digest of the roadmap on which its free motions are searched; None: there is none.
     """
 
     batch: int
@@ -51,6 +52,7 @@ class Claimed(NamedTuple):
     robot: str | None
     scene: str | None
     deadline: float
+    roadmap: str | None = None
 
 
 class Outcome(NamedTuple):
@@ -108,8 +110,10 @@ def claim(connection: Connection, engine: str, limit: int, turns: Mapping[int, i
     claimed: list[Claimed] = []
     for batch, share in chosen:
         free = select(items.c.position).where(items.c.batch == batch.number, is_free)
-        free = free.order_by(items.c.position).limit(share).with_for_update(skip_locked=True)
-        taken = update(items).where(items.c.batch == batch.number, items.c.position.in_(free)).values(engine=engine)
+        # PostgreSQL may run a subquery for each row, and then takes other items each time; a CTE it runs once
+        next_items = free.order_by(items.c.position).limit(share).with_for_update(skip_locked=True).cte("chosen")
+        is_chosen = items.c.position.in_(select(next_items.c.position))
+        taken = update(items).where(items.c.batch == batch.number, is_chosen).values(engine=engine)
         columns = (items.c[name] for name in Claimed._fields[2:])
         rows = connection.execute(taken.returning(*columns))
         claimed += [Claimed(batch.number, batch.id, *row) for row in sorted(rows, key=lambda row: row.position)]
@@ -132,9 +136,10 @@ def _shares(waiting: Sequence[Any], limit: int, turns: Mapping[int, int]) -> lis
 
 
 def definition_of(connection: Connection, digest: str) -> bytes:
-    """Read the definition of an added robot, or of a scene."""
-    of_robot, of_scene = (select(t.c.definition).where(t.c.digest == digest) for t in (robot_contents, scene_contents))
-    definition: bytes = connection.execute(of_robot.union_all(of_scene).limit(1)).scalar_one()
+    """Read the definition of an added robot or of a scene, or the bytes of a roadmap."""
+    tables = (robot_contents, scene_contents, roadmap_contents)
+    found = union_all(*(select(table.c.definition).where(table.c.digest == digest) for table in tables))
+    definition: bytes = connection.execute(found.limit(1)).scalar_one()
     return definition
 
 

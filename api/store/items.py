@@ -34,12 +34,14 @@ class NewItem(NamedTuple):
         robot: The id of the robot that it names, if it names one.
         scene: The id of the scene that it names, if it names one.
         deadline: The deadline that it asks, s.
+        may_be_free: Whether it may have free motions, which a roadmap of the robot in the scene helps to find.
     """
 
     request: bytes
     robot: str | None
     scene: str | None
     deadline: float
+    may_be_free: bool = False
 
 
 class Result(NamedTuple):
@@ -53,6 +55,7 @@ class Result(NamedTuple):
         outcome: `planned`, or the code of a problem.
         result: The saved plan, or the problem document, compressed.
         duration: The duration of the trajectory, s; None: there is none.
+        roadmap: The digest of the roadmap on which its free motions are searched; None: there is none.
     """
 
     position: int
@@ -62,6 +65,7 @@ class Result(NamedTuple):
     outcome: str
     result: bytes
     duration: float | None
+    roadmap: str | None = None
 
 
 def compressed(content: bytes) -> bytes:

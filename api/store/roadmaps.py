@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from sqlalchemy import and_, delete, func, insert, select
+from sqlalchemy import and_, delete, exists, func, insert, not_, select
 
+from api.store.contents.digests import sha256
 from api.store.contents.roadmaps import RoadmapContent
 from api.store.locks import CONTENTS, exclusively
 from api.store.named_contents import FOR_ALL, ROBOTS, SCENES
-from api.store.tables import roadmaps
+from api.store.tables import items, roadmap_contents, roadmaps
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
     from sqlalchemy import ColumnElement, Connection
 
     from api.store.contents.scenes import SceneContent
+    from api.store.items import NewItem
 
 
 class StoredRoadmap(NamedTuple):
@@ -87,6 +91,52 @@ def find_roadmap(
     order = roadmaps.c.namespace.desc()
     found: bytes | None = connection.scalar(select(roadmaps.c.content).where(is_asked).order_by(order).limit(1))
     return found
+
+
+def keep_for_items(
+    connection: Connection,
+    namespace: str,
+    chunk: Sequence[NewItem],
+    robots: Mapping[str, str],
+    scenes: Mapping[str, str],
+) -> list[str | None]:
+    """Keep the roadmaps that items of batches need; return the digest of each item's, None where there is none.
+
+    Args:
+        connection: The transaction.
+        namespace: Where scenes are looked up first.
+        chunk: The items.
+        robots: The digests of their added robots by id.
+        scenes: The digests of their scenes by id.
+    """
+    digests: dict[tuple[str, str], str | None] = {}
+
+    def kept(scene: str, robot: str) -> str | None:
+        content = find_roadmap(connection, namespace, scene, scenes[scene], robot, robots.get(robot, ""))
+        if content is None:
+            return None
+        digest = sha256(content)
+        if not connection.scalar(select(exists().where(roadmap_contents.c.digest == digest))):
+            connection.execute(insert(roadmap_contents).values(digest=digest, definition=content))
+        return digest
+
+    found: list[str | None] = []
+    for item in chunk:
+        if not item.may_be_free or item.robot is None or item.scene is None or item.scene not in scenes:
+            found.append(None)
+            continue
+        pair = item.scene, item.robot
+        if pair not in digests:
+            digests[pair] = kept(*pair)
+        found.append(digests[pair])
+    return found
+
+
+def forget_of_items(connection: Connection, digests: Iterable[str | None]) -> None:
+    """Delete roadmaps that no item of a batch needs."""
+    digest = roadmap_contents.c.digest
+    needed = select(items.c.batch).where(items.c.roadmap == digest).exists()
+    connection.execute(delete(roadmap_contents).where(digest.in_(list(digests)), not_(needed)))
 
 
 def keep_roadmap(

@@ -135,6 +135,14 @@ roadmaps = Table(
 """The roadmaps of scenes (`RoadmapContent`), which go with their scenes. `definition_digest` is that of an added robot,
 or empty for a robot of the catalogue. `scene_digest` is that of the scene for which the roadmap was proved."""
 
+roadmap_contents = Table(
+    "roadmap_contents",
+    metadata,
+    Column("digest", Text, primary_key=True),
+    Column("definition", LargeBinary, nullable=False),
+)
+"""The roadmaps that items of batches need, whatever becomes of the roadmaps of scenes, each once."""
+
 keys = Table(
     "keys",
     metadata,
@@ -208,12 +216,14 @@ items = Table(
     Column("result", LargeBinary),
     Column("scene", Text, ForeignKey(scene_contents.c.digest)),
     Column("seconds", Float),
+    Column("roadmap", Text, ForeignKey(roadmap_contents.c.digest)),
     Index("items_left", "batch", "position", sqlite_where=NOT_DONE, postgresql_where=NOT_DONE),
     Index("items_by_outcome", "batch", "outcome", "duration", "ratio", "seconds", "position"),
     Index("items_by_robot", "robot"),
     Index("items_by_scene", "scene"),
+    Index("items_by_roadmap", "roadmap"),
 )
-"""The requests of batches, from position 0, compressed. Each has the digests of its added robot and scene, the
+"""The requests of batches, from position 0, compressed. Each has the digests of its added robot, scene and roadmap, the
 deadline (s), the service that works on it, and its outcome. `outcome` is NULL (nothing yet), `planned` or the code of a
 problem. `duration` (s) is of the trajectory, and `ratio` of its certificate. `seconds` is the time that a
 worker took. `result` is the saved plan or the problem document. One index has all columns that are summed up and

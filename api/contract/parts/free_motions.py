@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
 from api.contract.parts.common import Answer, Number, Orientation, Pose, Schema, Vector3
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
 
 Angle = Annotated[float, Field(ge=0.02, lt=pi)]
 Distance = Annotated[float, Field(ge=0.001, le=1e3)]
@@ -187,3 +190,20 @@ class RideAnswer(Answer):
     latest_start: float
     """The latest time at which the program may begin, s on the clock of the objects. A plan was made in which the robot
     rests so long at the first waypoint. 0: none was found. The same for all rides of a plan."""
+
+
+def may_have_free_motions(document: Mapping[str, Any]) -> bool:
+    """Tell whether a body has free motions, or tasks in any order, between which motions in a scene are free."""
+    return "tasks" in document or any(motion.get("kind") == "free" for motion in motions_of(document.get("waypoints")))
+
+
+def motions_of(waypoints: Any) -> Iterator[Mapping[str, Any]]:
+    """Yield the motions of waypoints, and of the options of goal sets among them."""
+    for waypoint in waypoints if isinstance(waypoints, list) else ():
+        if not isinstance(waypoint, dict):
+            continue
+        if isinstance(motion := waypoint.get("motion"), dict):
+            yield motion
+        for options in ("options", "waypoints"):
+            if options in waypoint:
+                yield from motions_of(waypoint[options])

@@ -376,12 +376,13 @@ async def _results(service: Service, batch: BatchRecord, behind: int, limit: int
 
 
 async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[str, bytes]:
-    """Find the added robots and scenes that results need, by their digests.
+    """Find the added robots, scenes and roadmaps that results need, by their digests.
 
     Raises:
         UnknownBatch: One is gone: the batch has been forgotten since its results were read.
     """
-    digests = {digest for result in results for digest in (result.robot, result.scene) if digest is not None}
+    of_results = (digest for one in results for digest in (one.robot, one.scene, one.roadmap))
+    digests = {digest for digest in of_results if digest is not None}
     try:
         return {digest: await service.database.read(claims.definition_of, digest) for digest in digests}
     except NoResultFound as error:

@@ -68,8 +68,8 @@ def _shown_results(context: TaskContext) -> dict[str, Any]:
 
 def _shown_plan(result: Result, context: TaskContext) -> tuple[bytes, bytes]:
     """Write the shown part of a saved plan, and of its robot, as JSON."""
-    plan, request, definition = loaded_plan(result, context)
+    plan, request, definition, roadmap = loaded_plan(result, context)
     asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
-    shown = shown_plan(plan, asked, request_hash(request, definition), SAMPLES)
+    shown = shown_plan(plan, asked, request_hash(request, definition, roadmap), SAMPLES)
     written, arm = (orjson.dumps(part, option=orjson.OPT_SERIALIZE_NUMPY) for part in (shown, shown_robot(plan)))
     return written, arm

@@ -14,6 +14,7 @@ import orjson
 from api.base.errors import PayloadTooLarge, invalid_at
 from api.base.size import parse_json
 from api.contract.parts.common import DEFAULT_DEADLINE
+from api.contract.parts.free_motions import may_have_free_motions
 from api.contract.requests import PlanRequest
 from api.pool.messages import Reply
 from api.store.items import PLANNED, NewItem, Result, compressed, decompressed
@@ -26,7 +27,7 @@ from api.work.conversion.time_budgets import attempts_until, within_deadline
 from api.work.tasks.batch_bodies import of_document, of_lines
 from api.work.tasks.context import in_scene, robot_of, task, validated
 from api.work.tasks.remedies import acceptable_remedies
-from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows
+from api.work.tasks.trajectories import export_options, figures_of, refuse_too_many_rows, with_roadmap
 from planner.errors import PlanningError
 from planner.planning import plan
 
@@ -99,7 +100,7 @@ def _item(request: dict[str, Any], content: bytes, context: TaskContext) -> NewI
         deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused
     deadline = min(float(deadline), context.caps.max_deadline)
     robot, scene = (named if isinstance(named, str) else None for named in (robot, scene))
-    return NewItem(compressed(content), robot, scene, deadline)
+    return NewItem(compressed(content), robot, scene, deadline, may_have_free_motions(request))
 
 
 def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
@@ -112,6 +113,7 @@ def item_steps(context: TaskContext) -> Generator[None, None, Reply]:
     with context.stage("validate"):
         request: PlanRequest = context.request(PlanRequest)
         asked, backend = _problem_of(request, definition)
+        asked = with_roadmap(asked, context.arguments.get("roadmap"))
     yield
     with context.stage("plan"), acceptable_remedies(context, request, asked.robot.dof):
         solved = plan(within_deadline(asked, context.task.deadline), backend, attempts_until(context.task.deadline))
@@ -204,7 +206,7 @@ def _rendered(result: Result, form: Format, context: TaskContext) -> bytes:
 def _written(result: Result, form: Format, context: TaskContext) -> bytes:
     """Write a saved plan as the request alone would be answered."""
     loaded = loaded_plan(result, context)
-    return form.render(loaded.plan, export_options(loaded.request, loaded.definition))
+    return form.render(loaded.plan, export_options(loaded.request, loaded.definition, loaded.roadmap))
 
 
 class LoadedPlan(NamedTuple):
@@ -214,19 +216,24 @@ class LoadedPlan(NamedTuple):
         plan: The plan.
         request: The request, with its scene in place of the scene's id.
         definition: The definition of the added robot that it names; None: one of the catalogue.
+        roadmap: The roadmap on which its free motions were searched; None: there was none.
     """
 
     plan: Plan
     request: PlanRequest
     definition: bytes | None
+    roadmap: bytes | None
 
 
 def loaded_plan(result: Result, context: TaskContext) -> LoadedPlan:
-    """Read the saved plan of a result; the argument `definitions` has added robots and scenes by digest."""
-    definition, scene = (context.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
+    """Read the saved plan of a result; the argument `definitions` has added robots, scenes and roadmaps by digest."""
+    digests = result.robot, result.scene, result.roadmap
+    definition, scene, roadmap = (context.arguments["definitions"].get(digest) for digest in digests)
     request: PlanRequest = in_scene(
         validated(PlanRequest, parse_json(decompressed(result.request)), context.caps), scene
     )
     asked, backend = _problem_of(request, definition)
+    asked = with_roadmap(asked, roadmap)
     with_groups = not OF_THE_PATH.isdisjoint(request.include)
-    return LoadedPlan(load_plan(result.result, asked, backend, with_groups), request, definition)
+    quoted = None if asked.roadmap is None else roadmap
+    return LoadedPlan(load_plan(result.result, asked, backend, with_groups), request, definition, quoted)

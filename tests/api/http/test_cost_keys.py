@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from api.contract.parts.backends import backend_schemas
+from api.contract.parts.free_motions import may_have_free_motions
 from api.http.cost_keys import (
     BACKENDS,
     by_cell,
@@ -15,7 +16,6 @@ from api.http.cost_keys import (
     by_roadmap,
     by_size,
     kind_of,
-    may_have_free_motions,
 )
 from api.pool.costs import CHEAP, Costs, Kind
 

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 import pytest
 from sqlalchemy import func, select
 
+from api.store.batches import Arrival, BatchBounds, append_items, begin_batch, discard_batches, open_batch
+from api.store.claims import claim, definition_of
 from api.store.contents.roadmaps import RoadmapContent
 from api.store.contents.scenes import SceneContent
+from api.store.items import NewItem
 from api.store.named_contents import SCENES, Bounds
 from api.store.roadmaps import RoadmapBounds, delete_roadmap, find_roadmap, keep_roadmap, roadmaps_of
-from api.store.tables import roadmaps
+from api.store.tables import roadmap_contents, roadmaps
 from tests.api.store.databases import engine, postgres
 
 if TYPE_CHECKING:
@@ -40,6 +43,26 @@ def scene(digest: str) -> SceneContent:
 
 def roadmap(robot: str, content: bytes = b"nodes", of: str = "") -> RoadmapContent:
     return RoadmapContent(robot, of, b"{}", content, b'{"robot":"arm"}')
+
+
+def test_items_of_batches_keep_the_roadmap_that_there_was_until_they_are_forgotten(connection: Connection) -> None:
+    keep_roadmap(connection, "", "cell", "x", roadmap("arm"), "me", ROOMY)
+    arrival = begin_batch(connection, "me", None, "engine", BatchBounds(1, 1, 10**6))
+    assert isinstance(arrival, Arrival)
+    new = [
+        NewItem(b"free", "arm", "cell", 10.0, True),
+        NewItem(b"straight", "arm", "cell", 10.0),
+        NewItem(b"other", "leg", "cell", 10.0, True),
+    ]
+    append_items(connection, arrival.number, 0, [*new, new[0]], "")
+    open_batch(connection, arrival.number, "digest")
+    keep_roadmap(connection, "", "cell", "x", roadmap("arm", b"later"), "me", ROOMY)
+    delete_roadmap(connection, "", "cell", "arm", "me")
+    digests = [item.roadmap for item in claim(connection, "engine", 4)]
+    assert digests == [digests[0], None, None, digests[0]]
+    assert definition_of(connection, digests[0] or "") == b"nodes"
+    discard_batches(connection, [arrival.number])
+    assert connection.scalar(select(func.count()).select_from(roadmap_contents)) == 0
 
 
 def test_a_roadmap_is_found_for_its_scene_and_robot_alone(connection: Connection) -> None:

@@ -14,6 +14,7 @@ from api.work.conversion.scenes import kept_roadmap
 from api.work.tasks.trajectories import with_roadmap
 from planner.free_motion.roadmaps.building import DEFAULT_SAMPLES
 from planner.roadmap import MOST_ROADMAP_POSITIONS, MOST_ROADMAP_SAMPLES
+from tests.api.conftest import wait_until
 from tests.api.requests import joint, plan_request
 from tests.locations import ROOT
 
@@ -61,6 +62,14 @@ def quoted(service: RunningService, request: dict[str, Any]) -> tuple[str, str]:
     return answer.json()["request_hash"], answer.headers["ETag"]
 
 
+def in_batch(service: RunningService, *requests: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the plans of the requests as a batch gives them."""
+    location = service.post("/v1/batches", {"requests": requests}).headers["Location"]
+    wait_until(lambda: service.client.get(location).json()["status"] == "completed", 60.0)
+    lines = service.client.get(f"{location}/results.ndjson").content.splitlines()
+    return [json.loads(line)["trajectory"] for line in lines]
+
+
 def roadmaps(service: RunningService) -> list[RoadmapDescription]:
     return RoadmapsAnswer.model_validate_json(service.client.get(ROADMAP).content, strict=True).roadmaps
 
@@ -79,6 +88,7 @@ def test_plans_that_fit_a_roadmap_use_it_until_it_is_deleted(cell: RunningServic
     after = [quoted(cell, request) for request in (around(), straight, lifted)]
     assert after[1] == before[1] and after[2][0] == before[2][0]
     assert after[0][0] != before[0][0] and after[0][1] != before[0][1]
+    assert in_batch(cell, around(), straight) == [planned(cell, request).json() for request in (around(), straight)]
     anew = cell.post(PLAN, around(), headers={"Cache-Control": "no-cache"}).json()
     assert anew == planned(cell, around()).json()
     again = cell.post(ROADMAP, BUILD)
