@@ -324,6 +324,9 @@ def handling_faults(
             elif take.id in endless and (i >= len(riding) or take.id != riding[i]):
                 text = f"must be an object that stops: {take.id!r} has a `motion` without end"
                 yield (*field, "id"), f"{text}. Take it at a waypoint `on` it"
+            if take.link is None and robot.holds_workpiece:
+                text = f"must name the link that takes {take.id!r}, such as 'workpiece'"
+                yield (*field, "link"), f"{text}: the tool of {robot.id} stands in the cell"
             if take.link is not None and take.link not in links:
                 yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
             for j, name in enumerate(take.touch_links):

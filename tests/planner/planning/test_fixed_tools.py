@@ -11,6 +11,8 @@ from planner.dynamics import SegmentDynamics
 from planner.errors import Collision, InvalidProblem
 from planner.plots.view import drawn_tool_poses, stick_model
 from planner.robots import load_robot
+from planner.scene.carried import put_down, segment_scenes
+from planner.scene.scene import Handling
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.planner.robots.held_parts import HeldPart
 from tests.planner.robots.two_branches import se3
@@ -117,6 +119,29 @@ def test_a_part_that_would_hit_the_grinder_is_refused() -> None:
         else:
             with pytest.raises(Collision, match="post"):
                 planner.plan(problem, planner.Trapezoidal())
+
+
+def test_the_arm_takes_its_part_with_the_link_of_the_workpiece() -> None:
+    """From there on the part moves with the arm; the fixed tool takes nothing."""
+    plate = planner.SceneObject("plate", [planner.Box([0.2, 0.2, 0.06])], _at(CELL.part(np.array(HOME.position))))
+    there = planner.JointWaypoint([*HOME.position[:5], -0.4])
+    for link, q in (("workpiece", np.array(there.position)), (None, None)):
+        taking = planner.JointWaypoint(HOME.position, attach=[planner.Attach("plate", link, ["link_6"])])
+        problem = planner.PlanningProblem(CELL.robot, [taking, there], scene=planner.Scene([plate]))
+        if q is None:
+            with pytest.raises(InvalidProblem, match="must name the link that takes 'plate', such as 'workpiece'"):
+                planner.plan(problem)
+            continue
+        done, where = [Handling(taking.attach), Handling()], np.array([HOME.position, q])
+        (scene,) = segment_scenes(CELL.robot, planner.Scene([plate]), done, where)
+        (held,) = scene.attached
+        assert planner.plan(problem).certificate.satisfied
+        np.testing.assert_allclose(np.asarray(held.pose.position), 0.0, atol=1e-12)
+        np.testing.assert_allclose(put_down(CELL.robot, held, q).pose.position, CELL.part(q).translation, atol=1e-9)
+
+
+def _at(placement: pin.SE3) -> Pose:
+    return Pose(placement.translation, placement.rotation)
 
 
 def test_waypoints_on_moving_objects_are_refused_with_a_fixed_tool() -> None:
