@@ -11,6 +11,8 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from planner.dynamics import SegmentDynamics
+from planner.kinematics.forward import tool_poses_on
 from planner.plots.quantities import MILLIMETRES, Planned, drawn_times, samples_for, stops_of
 from planner.plots.space.space import BEHIND, LINE_LAYER, Space
 from planner.plots.space.surroundings import (
@@ -136,13 +138,20 @@ FRAME_SHARE = 0.06
 
 
 def draw_path(figure: Figure, cell: SubplotSpec, plan: Planned, view: str) -> None:
-    """Draw the path of the tool, coloured by its speed, with the tool's frame along it and the waypoints."""
-    space = Space(figure, cell, view)
-    points, rotations = _tool_path(space, plan)
+    """Draw the path of the tool, coloured by its speed, with the tool's frame along it and the waypoints.
+
+    The path of a tool that stands in the cell is in the frame of the workpiece, without the surroundings.
+    """
+    space, on_workpiece = Space(figure, cell, view), plan.path.robot.holds_workpiece
+    points, rotations = _tool_path(space, plan, on_workpiece=on_workpiece)
     length = FRAME_SHARE * float(np.ptp(points, axis=0).max())
     for row in np.linspace(0, len(points) - 1, DRAWN_TOOL_FRAMES).astype(int).tolist():
         space.frame(points[row], rotations[row], length)
-    finish_with_surroundings(space, plan)
+    if on_workpiece:
+        space.legend([Line2D([], [], linestyle="", label="in the frame of the workpiece")])
+        space.finish()
+    else:
+        finish_with_surroundings(space, plan)
 
 
 def draw_robot(figure: Figure, cell: SubplotSpec, plan: Planned, view: str) -> None:
@@ -160,10 +169,10 @@ def draw_robot(figure: Figure, cell: SubplotSpec, plan: Planned, view: str) -> N
 def draw_positions(figure: Figure, cell: SubplotSpec, robot: Robot, positions: FloatArray, view: str) -> None:
     """Draw the stick model of a robot at joint positions (N, joints), and the frame of its tool."""
     space = Space(figure, cell, view)
-    for number, position in enumerate(positions):
+    tools = drawn_tool_poses(SegmentDynamics.unchanged(robot), np.zeros(len(positions), dtype=int), positions)
+    for number, (position, point, rotation) in enumerate(zip(positions, *tools, strict=True)):
         points = _draw_sticks(space, robot, position, "0.25", f"robot.{number}")
-        rotation = robot.data.oMf[robot.tool_frame_id].rotation
-        space.frame(points[-1], rotation, FRAME_SHARE * float(np.ptp(points, axis=0).max()))
+        space.frame(point, rotation, FRAME_SHARE * float(np.ptp(points, axis=0).max()))
     space.finish()
 
 
@@ -175,10 +184,11 @@ def draw_points(figure: Figure, cell: SubplotSpec, points: FloatArray, view: str
     space.finish()
 
 
-def _tool_path(space: Space, plan: Planned) -> tuple[FloatArray, FloatArray]:
+def _tool_path(space: Space, plan: Planned, *, on_workpiece: bool = False) -> tuple[FloatArray, FloatArray]:
     """Draw the path of the tool, coloured by its speed, and the waypoints; return its points and orientations."""
     samples = samples_for(plan, ("tcp_velocity",), drawn_times(plan))
-    points, rotations = drawn_tool_poses(plan.path.dynamics, samples.segment, samples.position)
+    poses = tool_poses_on if on_workpiece else drawn_tool_poses
+    points, rotations = poses(plan.path.dynamics, samples.segment, samples.position)
     linear = np.asarray(samples.tcp_velocity)[0]
     space.coloured(points, np.linalg.norm(linear, axis=1) * MILLIMETRES, "tool speed (mm/s)", "path")
     stops = stops_of(plan)

@@ -17,8 +17,9 @@ from planner.planning import plan
 from planner.plans.result import Plan
 from planner.plots.picture import draw_robot_at
 from planner.plots.view import stick_model
-from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
+from planner.spatial import Pose
 from tests.documents.read_pictures import graphs_of
 
 
@@ -107,6 +108,21 @@ def test_stick_models_go_from_the_base_to_the_tool(robot_id: str) -> None:
     turning = np.append(robot.is_angle, True)
     lengths = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (one, other)]
     assert lengths[0][turning] == pytest.approx(lengths[1][turning], abs=1e-12)
+
+
+def test_the_path_of_a_fixed_tool_is_drawn_on_the_workpiece() -> None:
+    """The picture holds the rim, some decimetres around the workpiece, and not the tool that stands 1.2 m away."""
+    tool = Pose.from_rpy([1.2, 0.3, 0.9], [0.0, -1.5, 0.0])
+    robot = load_robot("kuka_kr16_2").derived(id="holding", fixed_tool=tool)
+    ends = [Pose.from_rpy([0.1, y, 0.05], [np.pi, 0.0, np.pi]) for y in (-0.1, 0.2)]
+    waypoints = [PoseWaypoint(ends[0]), PoseWaypoint(ends[1], motion=LinearMotion())]
+    axes = plan(PlanningProblem(robot, waypoints), Trapezoidal()).plot("path", view="xy").figure.axes[0]
+    texts = [text.get_text() for legend in [axes.get_legend(), *axes.figure.legends] if legend for text in legend.texts]
+    assert texts == ["in the frame of the workpiece"]
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert left < 100.0 < right < 600.0
+    assert -600.0 < low < -100.0
+    assert 200.0 < high < 600.0
 
 
 ODD = "a\x00\x01\x1b\x7f\x85\ufffe\uffff\U0001ffffb <--> & z"
