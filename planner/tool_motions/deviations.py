@@ -39,6 +39,7 @@ SMALLEST_SHARE = 1e-3
 """Smallest part of the path, on either side of the singularity, over which the tool leaves the orientation and returns.
 """
 
+
 NODES = 13
 """Number of points of the path at which offsets are sought, the ends among them."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import takewhile
 
 import numpy as np
@@ -23,7 +24,6 @@ from planner.kinematics.turns import turned_to
 from planner.problems.problem import AnyWaypoint, CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
 from planner.problems.regions import Region, region_of
 from planner.robots import Robot
-from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import GENTLE, SHARE_OF_DEVIATION, by_region_joints, through_singular_wrist
@@ -109,6 +109,11 @@ class RequestedMotion:
     def is_to_be_flat(self) -> bool:
         """Whether the axes of a positioner are to hold the workpiece flat all along, instead of going evenly."""
         return self.options.prefer == "weld_flat" and bool(self.robot.positioner) and self.pinned_ends is None
+
+    @property
+    def region(self) -> Region:
+        """The tolerance region of its poses; without ranges, the poses are as written."""
+        return Region() if self.motion.free is None else region_of(self.motion.free)
 
     @property
     def is_open(self) -> bool:
@@ -243,10 +248,12 @@ def follow_path(requested: RequestedMotion, start: FloatArray, path: PosePath) -
     result = result if isinstance(result, ToolMotion) else first
     if isinstance(result, ToolMotion) or not (has_rotation and requested.is_open):
         return result
-    chosen = None if requested.is_to_be_flat else _follow_by_choice(requested, start, path)
-    if chosen is None and requested.motion.free is not None:
-        chosen = _follow_by_region_joints(requested, start, path, region_of(requested.motion.free))
-    return chosen or result
+    by_offsets = requested.motion.free is not None and partial(_follow_by_offsets, requested, start, path)
+    by_choice = not requested.is_to_be_flat and partial(_follow_by_choice, requested, start, path)
+    # Of more than one open coordinate the graph takes longer than offsets near a straight way.
+    is_quick = len(requested.region.ranges) + len(requested.robot.external_axes) == 1
+    ways = (by_choice, by_offsets) if is_quick else (by_offsets, by_choice)
+    return next((motion for way in ways if way and (motion := way()) is not None), result)
 
 
 def _follow_evenly(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | None:
@@ -261,43 +268,32 @@ def _follow_evenly(requested: RequestedMotion, start: FloatArray, path: PosePath
     return _made(requested, path, curve, end) if is_allowed else None
 
 
-def _follow_by_region_joints(
-    requested: RequestedMotion, start: FloatArray, path: PosePath, region: Region
-) -> ToolMotion | None:
-    """Follow the path with the region's coordinates as joints behind the tool; None: no tried end works."""
-    robot, ends = requested.robot, requested.given_ends(start)
+def _follow_by_offsets(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | None:
+    """Follow the path with offsets that keep the joints near the straight way; None: no tried end works."""
+    robot, region, ends = requested.robot, requested.region, requested.given_ends(start)
+    if robot.dof + len(region.ranges) <= len(path.twist(0.0)):
+        return None  # the joints alone say where in the region the tool is
     if not ends:
-        solutions = all_solutions(robot, path.pose(1.0), requested.options, start)
-        ends = list(in_configuration(robot, [turned_to(robot, q, start) for q in solutions], requested.configuration))
-    free, at_ends = with_region_joints(robot, region.ranges), np.zeros(len(region.ranges))
+        found = all_solutions(robot, path.pose(1.0), requested.options, start)
+        ends = list(in_configuration(robot, [turned_to(robot, q, start) for q in found], requested.configuration))
     for end in sorted(ends, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]:
-        arm, first, last = robot, start, end
-        to_follow: PosePath | None = path
-        if free.dof > len(path.twist(0.0)):
-            to_follow = by_region_joints(robot, path, region, start, end, requested.options)
-        else:  # the joints alone say where in the region the tool is
-            arm, first, last = free, np.append(start, at_ends), np.append(end, at_ends)
-        if to_follow is None:
+        offset = by_region_joints(robot, path, region, start, end, requested.options)
+        if offset is None:
             continue
-        curve, deviation = _followed(requested, arm, to_follow, first, last)
-        if isinstance(curve, Lost) or first_beyond(arm, curve) is not None:
+        curve, deviation = _followed(requested, robot, offset, start, end)
+        if isinstance(curve, Lost) or first_beyond(robot, curve) is not None:
             continue
-        reached = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
-        if np.abs(reached - last).max() <= SAME_CONFIGURATION:
-            own = PiecewisePolynomial(curve.lengths, curve.coefficients[:, : robot.dof])
-            return _made(requested, path, own, end, deviation)
+        if np.abs(curve.evaluate(curve.breakpoints[-1:], [0])[0][0] - end).max() <= SAME_CONFIGURATION:
+            return _made(requested, path, curve, end, deviation)
     return None
 
 
 def _follow_by_choice(requested: RequestedMotion, start: FloatArray, path: PosePath) -> ToolMotion | None:
     """Follow the path with the cheapest offsets and external axes; None: they cannot be chosen, or lead to no end."""
-    robot, ends, deviations = requested.robot, requested.given_ends(start), [0.0]
-    region = Region() if requested.motion.free is None else region_of(requested.motion.free)
+    robot, region, ends, deviations = requested.robot, requested.region, requested.given_ends(start), [0.0]
 
-    def follow(
-        arm: Robot, to_follow: PosePath, first: FloatArray, last: FloatArray | None
-    ) -> PiecewisePolynomial | Lost:
-        curve, deviation = _followed(requested, arm, to_follow, first, last)
+    def follow(arm: Robot, moved: PosePath, first: FloatArray, last: FloatArray | None) -> PiecewisePolynomial | Lost:
+        curve, deviation = _followed(requested, arm, moved, first, last)
         deviations.append(deviation)
         return curve
 

@@ -133,6 +133,15 @@ class OpenCoordinates:
         ]
         return States(*map(np.concatenate, zip(*parts, strict=True)))
 
+    def seen(self, positions: FloatArray, rotations: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where the arm with held axes has to bring its tool (N, 3) and turn its tip (N, 3, 3)."""
+        if self.region.ranges:
+            positions, rotations = poses_in_region(self.region, values[:, self.carried :], positions, rotations)
+        if self.frame is not None:
+            positions, turned = self.frame.seen(values[:, : self.carried], positions, rotations)
+            rotations = rotations if turned is None else turned
+        return positions, rotations @ self.arm.tool_in_tip.rotation.T
+
     def _some_states(
         self,
         first: int,
@@ -143,15 +152,10 @@ class OpenCoordinates:
         room: FloatArray,
     ) -> States:
         some = slice(first, first + MOST_SOLVED_TOGETHER)
-        positions, rotations, values, room = positions[some], rotations[some], values[some], room[some]
+        values, room = values[some], room[some]
         axes, arm = values[:, : self.carried], self.arm
-        if self.region.ranges:
-            positions, rotations = poses_in_region(self.region, values[:, self.carried :], positions, rotations)
-        if self.frame is not None:
-            positions, turned = self.frame.seen(axes, positions, rotations)
-            rotations = rotations if turned is None else turned
-        rotations = rotations @ arm.tool_in_tip.rotation.T
-        tips = positions - rotations @ arm.tool_in_tip.translation
+        points, rotations = self.seen(positions[some], rotations[some], values)
+        tips = points - rotations @ arm.tool_in_tip.translation
         assert self.form is not None  # noqa: S101 - asked for before
         candidates = self.form(tips, rotations)
         rows, which = np.nonzero(np.isfinite(candidates).all(axis=2))

@@ -34,7 +34,7 @@ def flattest_solutions(
         near: (joints,), rad or m, where the robot comes from.
     """
     coordinates = OpenCoordinates(robot, region)
-    if pose.rotation is None or not robot.positioner or not may_choose(coordinates):
+    if pose.rotation is None or not may_choose(coordinates) or coordinates.form is None:
         return []
     first, spacing = first_values(coordinates)
     around, shrink = nearby_shares(len(spacing))

@@ -9,9 +9,12 @@ import numpy as np
 from planner.kinematics.options import Preference
 from planner.problems.regions import Region
 from planner.robots import Robot
+from planner.robots.tools import with_region_joints
 from planner.spatial import FloatArray
+from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.follow import Lost
 from planner.tool_motions.pose_paths import PosePath
+from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.redundancy.coordinates import OpenCoordinates
 from planner.tool_motions.redundancy.offset_paths import OffsetPath
 from planner.tool_motions.redundancy.smoothing import curve_through, smoothed
@@ -34,7 +37,7 @@ def follow_by_choice(
     """Choose offsets and external axes along a path, and follow it with the arm.
 
     At first the external axes are chosen alone, then with the offsets. With `prefer` = `weld_flat` the cheaper comes
-    first.
+    first. An arm of fewer than six joints has the last coordinates of the region as joints behind the tool.
 
     Args:
         robot: The robot, with its tool.
@@ -48,6 +51,37 @@ def follow_by_choice(
     Yields:
         The positions of all joints over u from 0 to 1.
     """
+    joints, names = robot.dof, list(region.ranges)
+    missing = max(0, len(path.twist(0.0)) - (joints - len(robot.external_axes)))
+    if missing > len(names):
+        return
+    if missing:
+        robot = with_region_joints(robot, {name: region.ranges[name] for name in names[-missing:]})
+        region = Region(**{name: region.ranges[name] for name in names[:-missing]})
+        start, ends = np.append(start, np.zeros(missing)), [np.append(end, np.zeros(missing)) for end in ends]
+    for curve in _followed_ways(robot, path, region, start, ends, prefer, follow):
+        if not missing:
+            yield curve
+        elif first_beyond(robot, curve) is None:
+            (end,) = curve.evaluate(curve.breakpoints[-1:], [0])[0]
+            if np.abs(end[joints:]).max() <= SAME_CONFIGURATION:
+                yield PiecewisePolynomial(curve.lengths, curve.coefficients[:, :joints])
+
+
+def _followed_ways(
+    robot: Robot,
+    path: PosePath,
+    region: Region,
+    start: FloatArray,
+    ends: list[FloatArray],
+    prefer: Preference,
+    follow: Follow,
+) -> Iterator[PiecewisePolynomial]:
+    """Yield the curves of all joints, see `follow_by_choice`."""
+    if not region.ranges and not robot.external_axes:  # the joints alone say where in the region the tool is
+        curve = follow(robot, path, start, ends[0] if ends else None)
+        yield from [] if isinstance(curve, Lost) else [curve]
+        return
     opened = (OpenCoordinates(robot, one) for one in dict.fromkeys([Region(), region]))
     found = (
         (coordinates, way)
@@ -55,9 +89,9 @@ def follow_by_choice(
         if may_choose(coordinates) and (way := cheapest_values(coordinates, path, start, ends, prefer)) is not None
     )
     for coordinates, way in sorted(found, key=lambda pair: pair[1].cost) if prefer == "weld_flat" else found:
-        curve = _followed(coordinates, path, start, way, follow, ends_there=bool(ends))
-        if curve is not None:
-            yield curve
+        chosen = _followed(coordinates, path, start, way, follow, ends_there=bool(ends))
+        if chosen is not None:
+            yield chosen
 
 
 def _followed(
@@ -72,7 +106,9 @@ def _followed(
     )
     breakpoints = np.union1d(path.breakpoints, curve.breakpoints[1:-1])
     moved = OffsetPath(path, coordinates.region, offsets, breakpoints, coordinates.frame, axes if carried else None)
-    arm = follow(coordinates.arm, moved, start[carried:], way.positions[-1, carried:] if ends_there else None)
+    is_redundant = coordinates.arm.dof > len(path.twist(0.0))
+    end = way.positions[-1, carried:] if ends_there or is_redundant else None
+    arm = follow(coordinates.arm, moved, start[carried:], end)
     if isinstance(arm, Lost):
         return None
     return _beside(axes, arm) if carried else arm

@@ -15,6 +15,7 @@ from planner.tool_motions.pose_paths import PosePath
 from planner.tool_motions.redundancy.coordinates import OpenCoordinates
 from planner.tool_motions.redundancy.offset_paths import poses_at
 from planner.tool_motions.redundancy.smoothing import room_off_limits
+from planner.tool_motions.redundancy.tracking import tracked_states
 
 FEWEST_NODES = 49
 """The fewest poses of a path at which the coordinates are chosen; of a path of more pieces, as many as these."""
@@ -81,7 +82,7 @@ def cheapest_values(
     the coordinates; then come finer and finer ones around the best.
 
     Args:
-        coordinates: The open ones. The arm that is left has a closed form.
+        coordinates: The open ones. The arm that is left has six joints or more.
         path: The path of the tool as it is written, with rotations.
         start: (joints,), rad or m, where the path starts: with offsets of 0.
         ends: Joint positions (joints,), at one of which it ends; none: anywhere with offsets of 0.
@@ -131,7 +132,11 @@ def nearby_shares(count: int) -> tuple[FloatArray, float]:
 
 
 class _Graph:
-    """The poses of a path, from node to node of which the joints go."""
+    """The poses of a path, from node to node of which the joints go.
+
+    Attributes:
+        guide: Joint positions (nodes, joints) near which an arm without a closed form is solved: the best way known.
+    """
 
     def __init__(
         self,
@@ -148,13 +153,19 @@ class _Graph:
         self.room = room_off_limits(u)
         robot, carried = coordinates.robot, coordinates.carried
         furthest = np.where(np.arange(robot.dof) < carried, np.inf, LONGEST_ARM_STEP)
+        near = min(ends, key=lambda end: float(np.abs(end - start).max())) if ends else start
+        self.guide = start + u[:, None] * (near - start)
         self.steps = StepCosts(*cost_weights(robot, prefer), furthest)
 
     def cheapest(self, choices: _Choices) -> Way | None:
         """Return the cheapest way through values of the nodes behind the first, ascending; None: there is none."""
         carried, start = self.coordinates.carried, self.start
         nodes, values = self._with_ends(choices)
-        states = self.coordinates.states(self.points[nodes], self.axes[nodes], values, start, self.room[nodes])
+        poses = self.points[nodes], self.axes[nodes]
+        if self.coordinates.form is not None:
+            states = self.coordinates.states(*poses, values, start, self.room[nodes])
+        else:
+            states = tracked_states(self.coordinates, nodes, *poses, values, self.guide, self.room)
         fewest, most = self.coordinates.turns(states.positions, self.room[nodes[states.rows]])
         inside = (fewest <= most).all(axis=1)
         rows, positions, fewest, most = states.rows[inside], states.positions[inside], fewest[inside], most[inside]
@@ -178,6 +189,7 @@ class _Graph:
         chosen[:, :carried] = reached[:, :carried]
         round_offsets = np.flatnonzero(self.coordinates.is_round[carried:]) + carried
         chosen[:, round_offsets] = np.unwrap(chosen[:, round_offsets], axis=0)
+        self.guide = reached
         return Way(chosen, reached, cost)
 
     def _with_ends(self, choices: _Choices) -> _Choices:
@@ -198,5 +210,5 @@ class _Graph:
 
 
 def may_choose(coordinates: OpenCoordinates) -> bool:
-    """Tell whether there are coordinates to choose, not too many, and a closed form of the arm."""
-    return 0 < len(coordinates.lower) <= MOST_COORDINATES and coordinates.form is not None
+    """Tell whether there are coordinates to choose, not too many, and the arm can reach any pose nearby."""
+    return 0 < len(coordinates.lower) <= MOST_COORDINATES and coordinates.arm.dof >= 6

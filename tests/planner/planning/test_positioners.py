@@ -331,3 +331,20 @@ def _placed(robot: planner.Robot, q: FloatArray) -> tuple[pin.Model, pin.Data]:
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, q)
     return robot.model, data
+
+
+@pytest.mark.large_only
+def test_an_arm_with_seven_joints_welds_flat() -> None:
+    """It has no closed form: its solutions are tracked along the seam."""
+    axes = [replace(TILT, origin=Pose([0.55, 0.0, 0.0], np.eye(3))), replace(TURN, origin=Pose([0, 0, 0.1], np.eye(3)))]
+    cell = TwoBranches(load_robot("fr3"), axes, Pose([0.0, 0.0, 0.0], np.eye(3)))
+    ridge = [Pose([0.05, y, 0.1], rotation_from_rpy(np.pi + 5.0 * y, 0.0, 0.0)) for y in (-0.1, 0.1)]
+    waypoints = [
+        planner.JointWaypoint([0.0, 0.0, 0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.0]),
+        planner.PoseWaypoint(ridge[0]),
+        planner.PoseWaypoint(ridge[1], motion=planner.LinearMotion()),
+    ]
+    options = planner.InverseKinematicsOptions(prefer="weld_flat")
+    made = planner.plan(planner.PlanningProblem(cell.robot, waypoints, inverse_kinematics=options), planner.Ruckig())
+    (q,) = made.trajectory.evaluate(np.linspace(made.trajectory.arrivals[1], made.trajectory.duration, 100), [0])
+    assert tilts_in_world(cell, q).max() < np.radians(0.5)

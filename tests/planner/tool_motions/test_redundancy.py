@@ -159,3 +159,27 @@ def test_two_thousand_poses_with_72_turns_take_5_s_and_300_mb() -> None:
     assert process_time() - began < 5.0
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 300 * 1024
     assert way is not None and len(way.values) == 2000
+
+
+@pytest.mark.parametrize("with_rail", [False, True])
+def test_an_arm_with_seven_joints_turns_its_tool_within_narrow_limits(with_rail: bool) -> None:
+    """It has no closed form. The last joint alone would turn by 1 rad, and may turn by 0.3 rad."""
+    robot, home = load_robot("fr3"), np.array([0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.6])
+    robot = robot.derived(limits={robot.joint_names[6]: {"lower": 0.4, "upper": 0.7}})
+    start = tool_at(robot, home)
+    if with_rail:
+        robot, home = robot.derived(external_axes=[RAIL]), np.append(0.5, home)
+        start = tool_at(robot, home)
+    poses = [
+        Pose(start.position + np.array([0.0, 0.02 * k, 0.0]), start.rotation @ rotation_z(np.sin(0.5 * np.pi * k)))
+        for k in range(5)
+    ]
+    path = PoseSpline.through(poses[0], poses[1:-1], poses[-1])
+    way = cheapest_values(OpenCoordinates(robot, ANY_TURN), path, home, [], "continuous")
+    assert way is not None
+    assert ((way.positions >= robot.limit("lower") - 1e-9) & (way.positions <= robot.limit("upper") + 1e-9)).all()
+    assert np.abs(np.diff(way.positions, axis=0)).max() < 0.3
+    for value, position, u in zip(way.values, way.positions, np.linspace(0.0, 1.0, len(way.values)), strict=True):
+        written, reached = path.pose(float(u)), tool_at(robot, position)
+        assert reached.position == pytest.approx(written.position, abs=1e-6)
+        assert reached.rotation == pytest.approx(written.rotation @ rotation_z(float(value[-1])), abs=1e-6)
