@@ -29,16 +29,14 @@ class Layers(NamedTuple):
 
 
 class StepCosts(NamedTuple):
-    """The costs of steps d from layer to layer: max_j slowest_j |d_j| + sum_j each_j |d_j|.
+    """The costs of steps d from layer to layer: sum_j weights_j d_j^2.
 
     Attributes:
-        slowest: (joints,).
-        each: (joints,).
+        weights: (joints,).
         furthest: (joints,): largest |d_j| of a step.
     """
 
-    slowest: FloatArray
-    each: FloatArray
+    weights: FloatArray
     furthest: FloatArray
 
 
@@ -55,12 +53,12 @@ def cheapest_way(layers: Layers, steps: StepCosts) -> tuple[np.ndarray, FloatArr
     first_of = indices(layers.first_of, states + 1, len(layers.first_of))
     positions = doubles(layers.positions, states, joints).copy()
     turns = doubles(layers.fewest, states, joints), doubles(layers.most, states, joints)
-    weights = (doubles(weight, joints) for weight in steps)
+    numbers = (doubles(values, joints) for values in steps)
     totals, origins = np.empty(states), np.empty(states, dtype=np.int64)
     costs = doubles(layers.costs, states)
     if not (first_of[0] == 0 and first_of[-1] == states and (np.diff(first_of) >= 0).all()):
         raise ValueError("the layers are not behind each other")
-    call("cheapest_ways", len(first_of) - 1, joints, first_of, *turns, costs, *weights, positions, totals, origins)
+    call("cheapest_ways", len(first_of) - 1, joints, first_of, *turns, costs, *numbers, positions, totals, origins)
     last = totals[first_of[-2] :]
     if not np.isfinite(last).any():
         return np.empty(0, dtype=np.int64), np.empty((0, joints)), np.inf

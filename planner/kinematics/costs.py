@@ -50,15 +50,6 @@ def motion_costs(robot: Robot, starts: FloatArray, ends: FloatArray, prefer: Pre
     return costs
 
 
-def cost_weights(robot: Robot, prefer: Preference) -> tuple[FloatArray, FloatArray]:
-    """Return the weights a and b (joints,) with which `motion_costs` are max_j a_j |dq_j| + sum_j b_j |dq_j|."""
-    slowest = 1.0 / counted_velocity(robot.limit("velocity"))
-    each = np.full(robot.dof, MOTION_PENALTY)
-    if prefer == "arm":
-        each[: len(robot.external_axes)] += EXTERNAL_PENALTY
-    return slowest, each * slowest
-
-
 def tilts(robot: Robot, positions: FloatArray) -> FloatArray:
     """Return the angles (N,), rad, between the normal of the workpiece's surface and the vertical.
 

@@ -533,8 +533,7 @@ int least_joint_distances(int64_t tasks, int64_t joints, const int64_t* states_o
 
 // The cheapest ways to all states of layers: their total costs, the states before, and the positions turned next to these.
 int cheapest_ways(int64_t layers, int64_t joints, const int64_t* first_of, const double* fewest, const double* most, const double* costs,
-                  const double* slowest, const double* each, const double* furthest, double* positions, double* totals,
-                  int64_t* origins) {
-    return cheapest_ways({layers, joints, first_of, fewest, most, costs, slowest, each, furthest}, positions, totals, origins);
+                  const double* weights, const double* furthest, double* positions, double* totals, int64_t* origins) {
+    return cheapest_ways({layers, joints, first_of, fewest, most, costs, weights, furthest}, positions, totals, origins);
 }
 }

@@ -7,7 +7,7 @@ struct LayeredGraph {
     const int64_t* first_of;       // (layers + 1): the first state of each layer, and the number of states
     const double *fewest, *most;   // (states, joints): whole turns that keep each angle within its limits
     const double* costs;           // (states)
-    const double *slowest, *each;  // (joints): weights of the joint that moves most, and of each joint
+    const double* weights;         // (joints), of squared steps
     const double* furthest;        // (joints): the largest step of a joint from layer to layer
 };
 
@@ -15,17 +15,16 @@ struct LayeredGraph {
 static double step_cost(const LayeredGraph& in, const double* from, const double* to, int64_t state, double enough, double* turned) {
     constexpr double TURN = 6.283185307179586;
     const double *fewest = in.fewest + state * in.joints, *most = in.most + state * in.joints;
-    double largest = 0.0, sum = 0.0;
+    double sum = 0.0;
     for (int64_t j = 0; j < in.joints; j++) {
         const double turns = fmin(fmax(rint((from[j] - to[j]) / TURN), fewest[j]), most[j]);
         turned[j] = to[j] + TURN * turns;
         const double way = fabs(turned[j] - from[j]);
         if (!(way <= in.furthest[j])) return INFINITY;
-        largest = fmax(largest, way * in.slowest[j]);
-        sum += way * in.each[j];
-        if (largest + sum >= enough) return INFINITY;
+        sum += way * way * in.weights[j];
+        if (sum >= enough) return INFINITY;
     }
-    return largest + sum;
+    return sum;
 }
 
 // Put indices in the ascending order of their totals, equal ones by index (heapsort, Williams 1964).

@@ -20,6 +20,7 @@ from planner.robots.findings import Findings
 from planner.spatial import FloatArray
 from planner.tolerances import ROUNDING
 from planner.tool_motions.redundancy.offset_paths import AxisFrame, poses_in_region
+from planner.tool_motions.redundancy.smoothing import ROOM_OFF_LIMITS
 
 CANDIDATE_MISS = 1e-4
 """Largest distance, m, and difference of a rotation's elements at which a candidate of a closed form is a solution."""
@@ -66,6 +67,23 @@ class OpenCoordinates:
     def upper(self) -> FloatArray:
         """The upper ends, likewise."""
         return self._ends(1)
+
+    @cached_property
+    def room(self) -> FloatArray:
+        """The room (coordinates,) between chosen values and the ends, in which smooth curves through them stay."""
+        room = np.where(np.isfinite(self.upper - self.lower), ROOM_OFF_LIMITS * (self.upper - self.lower), 0.0)
+        room[: self.carried] = 0.0  # states keep external axes off their limits, as all joints
+        return np.asarray(room)
+
+    @property
+    def first(self) -> FloatArray:
+        """The least values that are chosen (coordinates,): at most 0 for offsets."""
+        return np.where(np.arange(len(self.lower)) < self.carried, self.lower, np.minimum(self.lower + self.room, 0.0))
+
+    @property
+    def last(self) -> FloatArray:
+        """The largest values that are chosen (coordinates,): at least 0 for offsets."""
+        return np.where(np.arange(len(self.lower)) < self.carried, self.upper, np.maximum(self.upper - self.room, 0.0))
 
     def _ends(self, side: int) -> FloatArray:
         axes = self.robot.limit("upper" if side else "lower")[: self.carried]
@@ -134,7 +152,7 @@ class OpenCoordinates:
         return States(*map(np.concatenate, zip(*parts, strict=True)))
 
     def seen(self, positions: FloatArray, rotations: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where the arm with held axes has to bring its tool (N, 3) and turn its tip (N, 3, 3)."""
+        """Return tool positions (N, 3) and tip rotations (N, 3, 3) for the arm with held axes."""
         if self.region.ranges:
             positions, rotations = poses_in_region(self.region, values[:, self.carried :], positions, rotations)
         if self.frame is not None:

@@ -51,7 +51,7 @@ def flattest_solutions(
         for _ in range(MOST_REFINEMENTS):
             if step.max() <= FINE_DISTANCE * shrink:
                 break
-            finer = np.clip(value + around * step, coordinates.lower, coordinates.upper)
+            finer = np.clip(value + around * step, coordinates.first, coordinates.last)
             *others, other_costs = _solved(coordinates, pose, finer, near, position)
             if len(other_costs) and other_costs.min() < cost:
                 k = int(other_costs.argmin())

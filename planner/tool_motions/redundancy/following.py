@@ -98,7 +98,7 @@ def _followed(
     coordinates: OpenCoordinates, path: PosePath, start: FloatArray, way: Way, follow: Follow, *, ends_there: bool
 ) -> PiecewisePolynomial | None:
     """Follow a path with the values of a way, made smooth; None: the arm cannot."""
-    values, carried = np.clip(smoothed(way.values), coordinates.lower, coordinates.upper), coordinates.carried
+    values, carried = np.clip(smoothed(way.values), coordinates.first, coordinates.last), coordinates.carried
     curve = curve_through(values, coordinates.lower, coordinates.upper)
     axes, offsets = (
         PiecewisePolynomial(curve.lengths, curve.coefficients[:, columns])

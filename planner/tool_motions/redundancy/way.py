@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.kernels.layers import Layers, StepCosts, cheapest_way
-from planner.kinematics.costs import PREFERENCE_WEIGHT, cost_weights, tilts
+from planner.kinematics.costs import EXTERNAL_PENALTY, PREFERENCE_WEIGHT, tilts
 from planner.kinematics.options import Preference
-from planner.kinematics.turns import TURN
+from planner.kinematics.turns import TURN, counted_velocity
 from planner.spatial import FloatArray
 from planner.tool_motions.pose_paths import PosePath
 from planner.tool_motions.redundancy.coordinates import OpenCoordinates
@@ -21,7 +21,7 @@ FEWEST_NODES = 49
 """The fewest poses of a path at which the coordinates are chosen; of a path of more pieces, as many as these."""
 
 MOST_POSES = 160_000
-"""The most poses times values of the coordinates: 2,000 poses with 72 turns take about 2 s."""
+"""The most poses times values of the coordinates: 2,000 poses with 72 turns take 2 to 3 s."""
 
 SWEEP = TURN / 72
 """The distance of the first values of an angle, rad."""
@@ -57,7 +57,7 @@ class Way(NamedTuple):
     Attributes:
         values: (nodes, coordinates), rad or m.
         positions: (nodes, joints), rad or m, which reach the poses at these values.
-        cost: The cost of the way, s.
+        cost: The cost of the way, s^2.
     """
 
     values: FloatArray
@@ -77,9 +77,10 @@ def cheapest_values(
 ) -> Way | None:
     """Return the cheapest values along a path; None: no way leads along it in one configuration.
 
-    The cost of a way is the sum of `motion_costs` from pose to pose. With `prefer` = `weld_flat`,
-    `PREFERENCE_WEIGHT` times the mean tilt of the workpiece is added. The first values are spread over the ranges of
-    the coordinates; then come finer and finer ones around the best.
+    The cost of a way is the integral over u from 0 to 1 of sum_j (dq_j/du / v_j)^2, with velocity limits v_j. So
+    joints move evenly and little. With `prefer` = `arm`, external axes count `EXTERNAL_PENALTY` times as fast. With
+    `weld_flat`, `PREFERENCE_WEIGHT` times the mean tilt of the workpiece is added. The first values are spread over the
+    ranges of the coordinates; then come finer and finer ones around the best.
 
     Args:
         coordinates: The open ones. The arm that is left has six joints or more.
@@ -98,7 +99,7 @@ def cheapest_values(
         if way is None or spacing.max() <= FINE_DISTANCE:
             break
         near = way.values[1:, None] + around * spacing
-        near = np.clip(near, coordinates.lower, coordinates.upper).reshape(-1, len(spacing))
+        near = np.clip(near, coordinates.first, coordinates.last).reshape(-1, len(spacing))
         finer = graph.cheapest(_Choices(np.repeat(np.arange(1, nodes), len(around)), near))
         way, spacing = finer if finer is not None and finer.cost <= way.cost else way, spacing * shrink
     return way
@@ -109,7 +110,7 @@ def first_values(coordinates: OpenCoordinates) -> tuple[FloatArray, FloatArray]:
     most = int(MOST_VALUES ** (1.0 / len(coordinates.lower)) + 1e-9)
     every, spacing = [], []
     for low, high, turns, is_round in zip(
-        coordinates.lower, coordinates.upper, coordinates.is_angle, coordinates.is_round, strict=True
+        coordinates.first, coordinates.last, coordinates.is_angle, coordinates.is_round, strict=True
     ):
         span = TURN if is_round else high - low
         wanted = int(np.ceil(span / (SWEEP if turns else SLIDE_SWEEP) - 1e-9)) + (not is_round)
@@ -152,10 +153,14 @@ class _Graph:
         self.points, self.axes = poses_at(path, u)
         self.room = room_off_limits(u)
         robot, carried = coordinates.robot, coordinates.carried
-        furthest = np.where(np.arange(robot.dof) < carried, np.inf, LONGEST_ARM_STEP)
+        is_external = np.arange(robot.dof) < carried
+        furthest = np.where(is_external, np.inf, LONGEST_ARM_STEP)
+        times = np.where(is_external & (prefer == "arm"), EXTERNAL_PENALTY, 1.0) / counted_velocity(
+            robot.limit("velocity")
+        )
         near = min(ends, key=lambda end: float(np.abs(end - start).max())) if ends else start
         self.guide = start + u[:, None] * (near - start)
-        self.steps = StepCosts(*cost_weights(robot, prefer), furthest)
+        self.steps = StepCosts((nodes - 1) * times**2, furthest)
 
     def cheapest(self, choices: _Choices) -> Way | None:
         """Return the cheapest way through values of the nodes behind the first, ascending; None: there is none."""

@@ -30,7 +30,7 @@ def cost_of(layers: Layers, way: tuple[int, ...], steps: StepCosts) -> tuple[flo
         )
         there = layers.positions[state] + TURN * turns
         moved = np.abs(there - reached[-1])
-        cost += float(np.max(moved * steps.slowest) + moved @ steps.each + layers.costs[state])
+        cost += float(moved**2 @ steps.weights + layers.costs[state])
         if (moved > steps.furthest).any():
             cost = np.inf
         reached.append(there)
@@ -44,7 +44,7 @@ def test_no_way_is_cheaper(seed: int) -> None:
     sizes = [2, 5, 4, 6, 3]
     layers = random_layers(rng, sizes, 3)
     layers = layers._replace(fewest=np.zeros_like(layers.fewest), most=np.zeros_like(layers.most))
-    steps = StepCosts(rng.uniform(0.1, 2.0, 3), rng.uniform(0.0, 0.3, 3), np.array([9.0, 8.0, 11.0]))
+    steps = StepCosts(rng.uniform(0.1, 2.0, 3), np.array([9.0, 8.0, 11.0]))
     ways = product(*(range(a, b) for a, b in zip(layers.first_of, layers.first_of[1:], strict=False)))
     least = min(cost_of(layers, way, steps)[0] for way in ways)
     states, positions, cost = cheapest_way(layers, steps)
@@ -60,7 +60,7 @@ def test_no_way_is_cheaper(seed: int) -> None:
 def test_angles_go_on_to_the_nearest_turn_within_their_limits() -> None:
     rng = np.random.default_rng(1)
     layers = random_layers(rng, [1, 1, 1, 1], 4)._replace(costs=np.zeros(4))
-    steps = StepCosts(np.ones(4), np.zeros(4), np.full(4, np.inf))
+    steps = StepCosts(np.ones(4), np.full(4, np.inf))
     cost, reached = cost_of(layers, (0, 1, 2, 3), steps)
     _, positions, found = cheapest_way(layers, steps)
     assert (positions == pytest.approx(np.array(reached))) and found == pytest.approx(cost)
@@ -68,6 +68,6 @@ def test_angles_go_on_to_the_nearest_turn_within_their_limits() -> None:
 
 def test_layers_that_do_not_follow_each_other_are_refused() -> None:
     layers = random_layers(np.random.default_rng(0), [2, 2], 2)
-    steps = StepCosts(np.ones(2), np.zeros(2), np.ones(2))
+    steps = StepCosts(np.ones(2), np.ones(2))
     with pytest.raises(ValueError, match="behind each other"):
         cheapest_way(layers._replace(first_of=np.array([0, 3, 2])), steps)

@@ -218,3 +218,26 @@ def test_a_range_along_a_motion_has_nought_in_it() -> None:
     with pytest.raises(InvalidProblem) as refused:
         plan(line(NARROW, 3, LinearMotion(free=Region(rotation_z=(0.1, 0.5)))))
     assert refused.value.faults[0].field == ("waypoints", 1, "motion", "free", "rotation_z")
+
+
+@pytest.mark.parametrize("seed", [401, 403])
+def test_an_arm_with_five_joints_leaves_the_line_by_shifts_and_a_turn(seed: int) -> None:
+    """The turn makes up for the sixth joint; the shifts help where limits are near."""
+    rng = np.random.default_rng(seed)
+    start = np.array(HOME[:5]) + rng.uniform(-0.3, 0.3, 5)
+    start = np.clip(
+        start, *(0.9 * FIVE.limit(a) + 0.1 * FIVE.limit(b) for a, b in (("lower", "upper"), ("upper", "lower")))
+    )
+    end = np.clip(start + rng.uniform(-0.5, 0.5, 5), FIVE.limit("lower"), FIVE.limit("upper"))
+    region = Region(x=(-0.05, 0.05), y=(-0.05, 0.05), rotation_z=(-0.5, 0.5))
+    goal = JointWaypoint(end, motion=LinearMotion(free=region))
+    made = plan(PlanningProblem(FIVE, [JointWaypoint(start), goal]), Quintic())
+    assert made.certificate.satisfied
+    points, axes = Line.between(tool_at(FIVE, start), tool_at(FIVE, end)).poses(np.linspace(0.0, 1.0, 20001))
+    assert axes is not None
+    for q in made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 15), [0])[0]:
+        tool = tool_at(FIVE, q)
+        assert tool.rotation is not None
+        every = np.tile(tool.position, (20001, 1)), np.tile(tool.rotation, (20001, 1, 1))
+        distances, angles = misses_of_region(region, points, axes, *every)
+        assert np.maximum(distances / 1e-4, angles / 1e-3).min() <= 1.1

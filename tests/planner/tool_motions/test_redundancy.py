@@ -53,7 +53,7 @@ def test_no_way_over_72_turns_is_cheaper(arm: str, monkeypatch: pytest.MonkeyPat
         """Return the costs of steps (...), and their ends on the nearest turns; infinite beyond limits and reach."""
         ends = ends + TURN * np.round((starts - ends) / TURN)
         moved = np.abs(ends - starts)
-        costs = (moved / velocity).max(axis=-1) + 0.01 * (moved / velocity).sum(axis=-1)
+        costs = (nodes - 1) * ((moved / velocity) ** 2).sum(axis=-1)
         fine = ((ends >= lower) & (ends <= upper) & (moved <= 1.0)).all(axis=-1)
         return np.where(fine, costs, np.inf), ends
 
