@@ -21,6 +21,7 @@ from tests.api.random_requests.judged_scenes import check_holds, collides, is_fr
 from tests.api.random_requests.judged_solutions import reachability_holds, solutions_hold
 from tests.api.random_requests.operations import Operations
 from tests.api.random_requests.poses import placement
+from tests.api.random_requests.rides import Rides
 from tests.api.random_requests.robots import made_up_robot
 
 if TYPE_CHECKING:
@@ -144,6 +145,9 @@ class Conversation(Judged):
         if made.chance(0.1):
             self.ask(*(made.solutions() if made.chance(0.5) else ("collisions/check", made.check({}, None))))
             return
+        if made.rides:
+            self._ride()
+            return
         request = made.plan()
         if made.chance(0.05):
             request = made.spoiled(request)
@@ -159,6 +163,16 @@ class Conversation(Judged):
             helped, refused = self.ask("trajectories", with_remedies(request, problem["remedies"], chosen))
             said = f"{json.dumps(request)} is refused: {json.dumps(problem)}"
             assert helped is not None, f"remedy {chosen} does not help: {json.dumps(refused)}; {said}"
+
+    def _ride(self) -> None:
+        """Plan rides, and validate or check the trajectory among the moving objects."""
+        request = Rides(self.robot, self.random).plan()
+        answer, _ = self.ask("trajectories", request)
+        if answer is None or is_handled(request["waypoints"]):
+            return
+        stands = {name: request[name] for name in ("mounting", "frames") if name in request}
+        asked = {name: request[name] for name in ("robot", "scene")} | {"polynomials": answer["polynomials"]}
+        self.ask("collisions/check" if stands else "trajectories/validate", asked | stands)
 
     @contextmanager
     def _sent(self, body: dict[str, Any]) -> Iterator[dict[str, Any]]:

@@ -32,13 +32,14 @@ class Draws:
         compares: Whether back ends are compared.
         validates: Whether planned trajectories are validated.
         slows: Whether operations in a scene, and checks of it, have speed zones.
+        rides: Whether plans meet moving objects.
     """
 
     def __init__(self, robot: Robot, random: np.random.Generator) -> None:
         """Begin; separate random numbers for the options leave requests without them unchanged."""
         self.robot, self.random = robot, random
-        apart = random.spawn(1)[0].random(4) < (0.5, 0.04, 0.1, 0.4)
-        self.handles, self.compares, self.validates, self.slows = apart.tolist()
+        apart = random.spawn(1)[0].random(5) < (0.5, 0.04, 0.1, 0.4, 0.05)
+        self.handles, self.compares, self.validates, self.slows, self.rides = apart.tolist()
 
     def chance(self, share: float) -> bool:
         return bool(self.random.random() < share)

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from tests.api.random_requests.answered import times_of
-from tests.api.random_requests.poses import in_base, placement, tool_at, written
+from tests.api.random_requests.poses import placement, thing_at, tool_at, written
 from tests.api.random_requests.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Ite
     for k, (before, after) in enumerate(pairwise(asked)):
         here, there = (np.array(times[j]["position"]) for j in (k, k + 1))
         released = [held for held in scene.get("attached", []) if held["id"] in before.get("detach", [])]
-        scene = _after(robot, request, scene, before, here)
+        scene = _after(robot, request, scene, before, here, times[k]["arrival_time"])
         around = Surroundings(robot, {**request, "scene": scene})
         around.let_near(here, {take["id"] for take in before.get("attach", [])}, None)
         around.let_near(there, set(after.get("detach", [])), None)
@@ -55,9 +55,14 @@ def is_handled(waypoints: list[dict[str, Any]]) -> bool:
 
 
 def _after(
-    robot: Robot, request: dict[str, Any], scene: dict[str, Any], waypoint: dict[str, Any], position: np.ndarray
+    robot: Robot,
+    request: dict[str, Any],
+    scene: dict[str, Any],
+    waypoint: dict[str, Any],
+    position: np.ndarray,
+    time: float,
 ) -> dict[str, Any]:
-    """Return the scene after objects are detached at a waypoint and then others attached."""
+    """Return the scene after objects are detached at a waypoint, at a time, s, and then others attached."""
     objects, attached = list(scene.get("objects", [])), list(scene.get("attached", []))
     for name in waypoint.get("detach", []):
         (held,) = (thing for thing in attached if thing["id"] == name)
@@ -67,7 +72,7 @@ def _after(
     for take in waypoint.get("attach", []):
         (thing,) = (thing for thing in objects if thing["id"] == take["id"])
         objects.remove(thing)
-        there = in_base(robot, request, thing.get("frame", "world")) * placement(thing.get("pose"))
+        there = thing_at(robot, request, thing, time)
         pose = _frame(robot, request, take, position).actInv(there)
         attached.append(_with(thing, ("shape", "margin"), **take, pose=written(pose, "matrix")))
     return {**scene, "objects": objects, "attached": attached}

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from tests.api.random_requests.answered import Answered, segments, times_of
-from tests.api.random_requests.poses import angles_of, in_base, placement, tool_at
+from tests.api.random_requests.poses import angles_of, in_base, placement, thing_at, tool_at
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -39,6 +39,12 @@ def goals_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) ->
         if asked.get("minimum_duration") and moves:
             assert takes >= asked["minimum_duration"] - 1e-6, f"minimum duration {k}"
         assert row["departure_time"] - row["arrival_time"] >= asked.get("dwell", 0.0) - 1e-9, f"dwell {k}"
+        assert row["arrival_time"] >= asked.get("earliest_arrival", 0.0) - 1e-6, f"waypoint {k} is reached too early"
+        assert row["arrival_time"] <= (asked.get("latest_arrival") or np.inf) + 1e-6, (
+            f"waypoint {k} is reached too late"
+        )
+        if asked.get("on"):
+            _moves_along(robot, request, segment, trajectory, times)
         passage = asked.get("transition", {"kind": "stop"})
         if passage["kind"] != "blend":
             here, velocity = trajectory.at(np.array([row["arrival_time"]]), 2)
@@ -113,6 +119,10 @@ def _arrives(
         assert abs(joint_position[robot.joint_names.index(name)] - position) <= 1e-6, f"{name} at waypoint {k}"
     pose = asked["pose"]
     goal = in_base(robot, request, asked.get("frame")) * placement(pose)
+    if asked.get("on"):
+        (thing,) = (thing for thing in request["scene"]["objects"] if thing["id"] == asked["on"])
+        goal = thing_at(robot, request, thing, times[k]["arrival_time"]) * placement(pose)
+        near, aligned = 1e-4, 1e-3
     if pose.get("orientation") is None:
         assert np.linalg.norm(reached.translation - goal.translation) <= near, f"position of waypoint {k}"
         return
@@ -167,7 +177,7 @@ def _keeps_to_curve(
     k = segment.index
     assert k is not None
     asked = request["waypoints"][k]
-    motion = asked.get("motion", {"kind": "joint"})
+    motion = asked.get("motion", {"kind": "joint"}) if not asked.get("on") else {"kind": "joint"}
     shifts = isinstance(motion.get("free"), dict) and set("xyz") & motion["free"].keys()
     if motion["kind"] in ("joint", "free") or shifts:
         return
@@ -193,6 +203,32 @@ def _keeps_to_curve(
                 along = np.concatenate([[0.0], np.cumsum(chords)])
                 dense = CubicSpline(along, points, bc_type="natural")(np.linspace(0.0, along[-1], 400))
                 assert _off_polyline(tool, dense).max() <= tolerance + 1e-4 * along[-1], f"off the spline to {k}"
+
+
+def _moves_along(
+    robot: Robot,
+    request: dict[str, Any],
+    segment: Segment,
+    trajectory: Answered,
+    times: dict[int, dict[str, Any]],
+) -> None:
+    """Check the tool on a moving object against its line, and its pose while it rests there."""
+    k = segment.index
+    assert k is not None
+    asked, before = request["waypoints"][k], request["waypoints"][k - 1]
+    (thing,) = (thing for thing in request["scene"]["objects"] if thing["id"] == asked["on"])
+    goal = placement(asked["pose"])
+    start = placement(before["pose"]) if before.get("on") == asked["on"] else goal
+    begin = segment.first if before.get("on") == asked["on"] else segment.last
+    for time in np.linspace(begin, times[k]["departure_time"], ON_CURVE).tolist():
+        tool = tool_at(robot, trajectory.at(np.array([time]))[0][0], segment.tool)
+        seen = thing_at(robot, request, thing, time).actInv(tool)
+        line = np.array([start.translation, goal.translation])
+        line = line[1:] if time > segment.last or not np.diff(line, axis=0).any() else line
+        off = seen.translation - line[0] if len(line) == 1 else _off_polyline(seen.translation[None], line)
+        assert np.linalg.norm(off) <= 1.01e-4, f"off the line on {asked['on']} to waypoint {k} at {time} s by {off}"
+        if time >= segment.last:
+            assert np.linalg.norm(pin.log3(goal.rotation.T @ seen.rotation)) <= 1.01e-3, f"turned at waypoint {k}"
 
 
 def _off_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

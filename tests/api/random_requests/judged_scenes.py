@@ -48,6 +48,7 @@ def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clear
     if not request.get("scene") and not request.get("self_collision"):
         return
     trajectory = Answered(answer["polynomials"])
+    taken = {take["id"] for waypoint in request.get("waypoints", []) for take in waypoint.get("attach", [])}
     for first, last, around in stages(robot, request, answer):
         ends = np.clip([first, last], *trajectory.breakpoints[[0, -1]])
         for kind, touching in (("scene", False), ("contacts", True)):
@@ -56,6 +57,10 @@ def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clear
             if clearance is not None and clearance[kind] is not None:
                 lower = clearance[kind]["lower"]
                 assert lower <= apart + 1e-6 or np.isinf(apart), f"{pair} are {apart} m apart, not {lower}"
+        excess, apart, pair = around.least_beside_moving(trajectory, ends, taken)
+        assert excess >= -CONTACT, f"{pair} are {-excess} m too near while it moves"
+        if clearance is not None and clearance["scene"] is not None and apart < np.inf:
+            assert clearance["scene"]["lower"] <= apart + 1e-6, f"{pair} are {apart} m apart while it moves"
     if clearance is None:
         return
     if clearance["itself"] is not None:
@@ -98,6 +103,7 @@ def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], joint
     """Fail where a reported collision at a joint position clearly does not exist."""
     around = Surroundings(robot, request)
     names = {body.name for body in around.bodies} | {thing.name for thing in around.things}
+    names |= {thing.name for thing, _, _ in around.moving}
     assert set(found["pair"]) <= names, "nothing has these names"
     assert found["detail"]
     if found["code"] == "clearance_unproved":

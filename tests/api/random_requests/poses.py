@@ -74,6 +74,14 @@ def base_of(robot: Robot, request: dict[str, Any]) -> pin.SE3:
     return pin.SE3(np.eye(3) if here.rotation is None else here.rotation, here.position)
 
 
+def thing_at(robot: Robot, request: dict[str, Any], thing: dict[str, Any], time: float) -> pin.SE3:
+    """Return the pose of an object, which may move, in the base frame at a time, s."""
+    into = in_base(robot, request, thing.get("frame", "world"))
+    where, motion = placement(thing.get("pose")), thing.get("motion") or {"velocity": [0.0, 0.0, 0.0]}
+    gone = min(max(time, 0.0), motion.get("end") or np.inf) * np.array(motion["velocity"])
+    return into * pin.SE3(where.rotation, where.translation + gone)
+
+
 def in_base(robot: Robot, request: dict[str, Any], frame: str | None) -> pin.SE3:
     """Return the pose in the base frame of a frame that a request names."""
     if frame in (None, "base"):

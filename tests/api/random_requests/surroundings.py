@@ -10,11 +10,14 @@ import pinocchio as pin
 from planner.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.shapes.hulls import ConvexHull
 from tests.api.random_requests.distances import CLOSED_FORMS, Distance, core_of, distance_to
-from tests.api.random_requests.poses import in_base, placement
+from tests.api.random_requests.poses import in_base, placement, thing_at
 
 if TYPE_CHECKING:
     from planner.robots import Robot
     from tests.api.random_requests.answered import Answered
+
+BESIDE_MOVING = 80
+"""Number of times at which moving bodies are checked against objects that move by themselves."""
 
 COARSE = 40
 """Number of times at which moving bodies are checked against fixed objects."""
@@ -79,11 +82,16 @@ class Surroundings:
             self.bodies.append(body._replace(margin=held.get("margin") or 0.0))
             self.touched[held["id"]] = {link or robot.tip_frame, *held.get("touch_links", [])}
         self.allowed = {frozenset(pair) for pair in scene.get("allowed_pairs", [])}
-        self.things = []
+        self.things, self.moving = [], []
         for thing in scene.get("objects", []):
-            where = in_base(robot, request, thing.get("frame", "world")) * placement(thing.get("pose"))
+            where = thing_at(robot, request, thing, 0.0)
             margin = thing.get("margin", scene.get("margin", 0.0))
-            self.things.append(Thing(thing["id"], thing["shape"]["kind"], _placed(thing["shape"], where), margin))
+            placed = Thing(thing["id"], thing["shape"]["kind"], _placed(thing["shape"], where), margin)
+            if (motion := thing.get("motion")) is None:
+                self.things.append(placed)
+            else:
+                velocity = in_base(robot, request, thing.get("frame", "world")).rotation @ motion["velocity"]
+                self.moving.append((placed, velocity, motion.get("end") or np.inf))
         self.near: dict[tuple[str, str], float] = {}
 
     def _tool(self, request: dict[str, Any]) -> pin.SE3:
@@ -153,6 +161,28 @@ class Surroundings:
         for _, time, body, thing, margin in coarse[:CLOSEST]:
             apart = self._closely(trajectory, ends, body, thing, time)
             best = min(best, (apart - margin, apart, f"{body.name} and {thing.name}"))
+        return best
+
+    def least_beside_moving(
+        self, trajectory: Answered, ends: np.ndarray, left_out: set[str]
+    ) -> tuple[float, float, str]:
+        """Return the least distance minus margin of a body and an object that moves, the least distance, and the pair.
+
+        Both are no less than the truth, between two times (2,), s. Objects that are left out do not count.
+        """
+        best, times = (np.inf, np.inf, ""), np.linspace(ends[0], ends[1], BESIDE_MOVING)
+        for body in (body for body in self.bodies if body.joint) if self.moving else ():
+            core = self.moved(body, trajectory.at(times)[0])
+            for thing, velocity, end in self.moving:
+                if thing.name in left_out or frozenset((body.name, thing.name)) in self.allowed:
+                    continue
+                seen = core - (np.minimum(times, end)[:, None] * velocity)[:, None]
+                if body.is_line:
+                    apart = nearest_on_lines(seen[:, 0], seen[:, -1], thing.distance) - body.radius
+                else:
+                    apart = thing.distance(seen.reshape(-1, 3)).reshape(seen.shape[:2]).min(axis=1) - body.radius
+                least = float(apart.min())
+                best = min(best, (least - max(thing.margin, body.margin), least, f"{body.name} and {thing.name}"))
         return best
 
     def _closely(self, trajectory: Answered, ends: np.ndarray, body: Body, thing: Thing, time: float) -> float:
