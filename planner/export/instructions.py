@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
@@ -29,6 +30,9 @@ JOINT_POINT_STEP = 0.1
 
 MAKERS = ("ABB", "FANUC", "KUKA", "Universal Robots", "Franka", "Kinova", "Yaskawa", "Staubli")
 """Makers with which the source of a catalogue's robot begins."""
+
+DERIVED = re.compile(r"(derived from [^:]+: )+")
+"""Beginning of the source of a derived robot; the source of the other robot follows."""
 
 
 class Speeds(NamedTuple):
@@ -87,12 +91,12 @@ class Instruction:
 
 
 def _refuse_other_makers(plan: Plan, maker: str, language: str) -> None:
-    """Refuse a program for an arm of the catalogue that another maker builds.
+    """Refuse a program for an arm of the catalogue, or for one derived from it, that another maker builds.
 
     Raises:
         UnsupportedFormat: The arm is of another maker.
     """
-    source = plan.path.robot.source
+    source = DERIVED.sub("", plan.path.robot.source)
     other = next((name for name in MAKERS if source.startswith(name)), maker)
     if other != maker:
         arm = f"{plan.path.robot.id} is an arm of {other}"

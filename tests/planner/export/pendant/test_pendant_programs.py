@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 
@@ -271,9 +271,12 @@ def test_the_tool_of_the_start_holds_from_the_start(form: str) -> None:
 @every_language
 def test_an_arm_of_another_maker_is_refused_by_name(form: str) -> None:
     start = np.array([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
-    problem = PlanningProblem(load_robot(LANGUAGES[form].other), [joints(start), joints(start + 0.2)])
-    with pytest.raises(UnsupportedFormat, match=LANGUAGES[form].refusal):
-        render(plan(problem, Cubic()), form)
+    other = load_robot(LANGUAGES[form].other)
+    derived = replace(other, source=f"derived from mine: derived from {other.id}: {other.source}")  # as HTTP names it
+    for robot in (other, derived):
+        problem = PlanningProblem(robot, [joints(start), joints(start + 0.2)])
+        with pytest.raises(UnsupportedFormat, match=LANGUAGES[form].refusal):
+            render(plan(problem, Cubic()), form)
 
 
 @pytest.mark.parametrize("form", ["krl_kss5", "krl_kss8", "rapid_moves"])
