@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from playwright.sync_api import expect
 
-from web.tests.browser import opened, planned, shown_request, use_request
+from web.tests.browser import choose_example, opened, planned, shown_request, use_request
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
@@ -191,3 +191,16 @@ def test_every_field_of_the_contract_has_a_control(browser: Browser, service: Ru
                 limits = schemas["Limits"]["properties"]
                 assert not [name for name in limits if label_of(name) not in text]
         assert violations(page) == []
+
+
+def test_a_goal_set_shows_the_outcomes_of_its_options_and_loses_one(page: Page) -> None:
+    choose_example(page, "features/any_of_grasps")
+    page.locator("[data-waypoint='1']").click()
+    options = page.get_by_role("region", name="Options").get_by_role("listitem")
+    expect(options).to_contain_text(["chosen, by estimate", "longer, by estimate", "by estimate", "refused: "])
+    options.nth(0).get_by_role("button", name="Delete option 0").click()
+    expect(options).to_have_count(3)
+    expect(options.nth(0)).to_contain_text("middle part chosen, by estimate")
+    options.nth(1).get_by_role("button", name="Only this").click()
+    expect(options).to_have_count(1)
+    assert [option["name"] for option in shown_request(page)["waypoints"][1]["options"]] == ["part in the crate"]

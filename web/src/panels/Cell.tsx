@@ -6,7 +6,7 @@ import { show } from '../state/actions';
 import { chooseRobotOfCell, currentCell } from '../state/cells';
 import { seek } from '../state/playback';
 import { projectRequest, projects } from '../state/projects';
-import { refusedRobot } from '../state/store';
+import { refusedRobots } from '../state/store';
 import { texts } from '../texts';
 import { NumberField, TextField } from './fields';
 import { Menu } from './Menu';
@@ -97,7 +97,7 @@ function Row({ own, index, isChosen, planned }: RowProps) {
   const answer = planned?.robots[index];
   const waits = answer?.waits.flatMap((wait, at) => (wait > 0 ? [texts.cells.wait(seconds(wait), at)] : [])) ?? [];
   return (
-    <li class={`${isChosen ? 'chosen' : ''} ${refusedRobot.value === index ? 'wrong' : ''}`}>
+    <li class={`${isChosen ? 'chosen' : ''} ${refusedRobots.value.includes(index) ? 'wrong' : ''}`}>
       <button type="button" class="row" aria-current={isChosen} onClick={() => chooseRobotOfCell(index)}>
         <span class="what">
           <strong>{cell!.name}</strong>

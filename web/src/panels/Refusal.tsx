@@ -8,7 +8,7 @@ import { depthOf, seconds, written } from '../plan/units';
 import { show } from '../state/actions';
 import { chooseRobotOfCell } from '../state/cells';
 import { select } from '../state/selection';
-import { refusedRobot, request, robot, shownPlan } from '../state/store';
+import { ownProblem, refusedRobot, request, robot, shownPlan } from '../state/store';
 import { language, texts } from '../texts';
 import { Original } from './Message';
 
@@ -43,11 +43,11 @@ export function Refusal({ problem }: { problem: Problem }) {
           {texts.refusal.pair(
             problem.pair,
             depthOf({ depth: problem.depth }),
-            typeof problem.time === 'number' ? seconds(problem.time) : null,
+            typeof problem.time === 'number' && problem.time >= 0 ? seconds(problem.time) : null,
           )}
         </p>
       )}
-      {(problem.place ?? problem.position) && <p class="hint">{texts.refusal.place}</p>}
+      {(ownProblem.value?.place ?? ownProblem.value?.position) && <p class="hint">{texts.refusal.place}</p>}
       {problem.nearest && <p class="hint">{texts.refusal.nearest(written(problem.nearest.position_distance, 'm', 3))}</p>}
       {problem.errors && !isOwn && <p>{texts.messages.fields}</p>}
       {problem.errors && (

@@ -33,6 +33,7 @@ export function Result() {
           {planned.answer.rides?.map((ride) => (
             <span key={ride.waypoint}>{meeting(ride)}</span>
           ))}
+          {planned.answer.optimisation && <span>{shortened(planned.answer.optimisation)}</span>}
           {estimate && <span class="estimate">{estimate}</span>}
         </p>
       )}
@@ -64,6 +65,10 @@ export function Result() {
       </div>
     </section>
   );
+}
+
+function shortened({ first, last, iterates }: NonNullable<PlanAnswer['optimisation']>): string {
+  return texts.result.shortened(seconds(first), seconds(last), iterates);
 }
 
 function meeting({ object, arrival, latest_start }: NonNullable<PlanAnswer['rides']>[number]): string {

@@ -6,6 +6,7 @@ import { draft } from '../state/store';
 import { texts } from '../texts';
 import { Configurations } from './Configurations';
 import { Choice, NumberField, VectorField } from './fields';
+import { Options } from './Options';
 import { MoreOfWaypoint } from './MoreFields';
 import { PoseFields } from './PoseFields';
 import { Way } from './Way';
@@ -39,6 +40,7 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
       {waypoint.kind === 'pose' && <Frame waypoint={waypoint} frames={Object.keys(request.frames ?? {})} />}
       {waypoint.kind === 'pose' && <Configurations request={request} robot={robot} index={index} />}
       {waypoint.kind === 'relative' && <Relative waypoint={waypoint} />}
+      {waypoint.kind === 'any_of' && <Options goalSet={waypoint} index={index} />}
       {waypoint.kind !== 'any_of' && <Way request={request} robot={robot} index={index} change={edit} />}
       <MoreOfWaypoint request={request} robot={robot} index={index} />
     </form>

@@ -20,6 +20,11 @@ export function messageOf(problem: Problem, joints: readonly Joint[] = []): Mess
   return { title: own.title, sentences: sentences.filter((one) => one !== null), original: [`${title}: ${detail}`] };
 }
 
+// The title of a refusal by its code in the language of the page; null: the service's own message is shown.
+export function refusalOf(code: string): string | null {
+  return texts.messages.refusals[code]?.title ?? null;
+}
+
 function searchOf({ enclosed_by, checks }: Problem): string | null {
   if (enclosed_by?.length) return texts.messages.enclosed(enclosed_by);
   return typeof checks === 'number' ? texts.messages.searched(checks) : null;

@@ -47,6 +47,7 @@ export type SceneShape = Schemas['SceneShape'];
 export type SceneObject = Schemas['SceneObject'];
 export type SceneSummary = Schemas['SceneSummary'];
 export type ProjectSummary = Schemas['ProjectSummary'];
+export type OptionOutcome = Schemas['OptionOutcome'];
 export type Clearance = Schemas['ClearanceAnswer'];
 export type Finding = Schemas['ModelFinding'];
 export type Batch = Schemas['Batch'];

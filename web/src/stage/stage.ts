@@ -71,7 +71,7 @@ export class Stage {
 
   removeRobot(): void {
     this.arm?.dispose();
-    [this.arm, this.robot, this.swept] = [undefined, undefined, []];
+    [this.arm, this.robot, this.swept, this.standing] = [undefined, undefined, [], 0];
     this.replace('scene', undefined);
   }
 

@@ -3,7 +3,7 @@ import { batch, computed } from '@preact/signals';
 import { robotsOf, showing, withWaits } from '../request/cells';
 import type { CellAnswer, PlanAnswer, PlanRequest } from '../service/types';
 import { settle } from './actions';
-import { described, describedRobot } from './described';
+import { describe, described, describedRobot } from './described';
 import { isAnchored } from './playback';
 import { chosenObject, compared, isStale, links, plan, planning, problem, request, robot, selected, shownPlan } from './store';
 
@@ -28,6 +28,7 @@ export function chooseRobotOfCell(index: number): void {
     }
   });
   if (!isCurrent || robot.value?.id !== next.robot) void settle();
+  else void describe(next.cell!.others.map((other) => other.robot));
 }
 
 // A robot of the cell, as it is planned if it is.

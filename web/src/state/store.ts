@@ -58,10 +58,21 @@ export const refusedRobot = computed(() => {
   return index ?? (ofField === undefined ? null : Number(ofField));
 });
 
-// The refusal, unless it is about another robot than the one that is shown.
-export const ownProblem = computed(() => {
-  const [index, refused] = [request.value?.cell?.index, refusedRobot.value];
-  return index === undefined || refused === null || refused === index ? problem.value : null;
+// The robots of the cell that touch, in a refusal of two of them; else the one that it is about.
+export const refusedRobots = computed((): readonly number[] => {
+  const [cell, index] = [request.value?.cell, refusedRobot.value];
+  if (index !== null || !cell) return index === null ? [] : [index];
+  const names = cell.others.map(({ name }) => name).toSpliced(cell.index, 0, cell.name);
+  return (problem.value?.pair ?? []).map((body) => names.indexOf(body.split('/')[0]!)).filter((found) => found >= 0);
+});
+
+// The refusal, unless it is about another robot than the one that is shown. Of two that touch, the joint position is that of
+// the first, and the point is in the world.
+export const ownProblem = computed<Problem | null>(() => {
+  const [index, [first]] = [request.value?.cell?.index, refusedRobots.value];
+  if (index === undefined || first === undefined) return problem.value;
+  if (first !== index || !problem.value) return null;
+  return refusedRobot.value === null ? { ...problem.value, point: null } : problem.value;
 });
 
 export const isStale = computed(() => plan.value !== null && plan.value.request !== request.value);

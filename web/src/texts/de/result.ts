@@ -10,6 +10,7 @@ export const ofResult: typeof english = {
       `von ${backend}${solver ? ` (${solver})` : ''}, geplant und geprüft in ${Math.round(took * 1000)} ms`,
     meets: (object, arrival, latest) =>
       `Trifft ${object} bei ${arrival}.${latest === null ? '' : ` Das Programm darf bis ${latest} beginnen.`}`,
+    shortened: (first, last, candidates) => `Von ${first} auf ${last} verkürzt, ${candidates} Bahnen probiert.`,
     reported: 'berichtet, nicht erzwungen',
     quantity: 'Größe',
     joint: 'Kritisches Gelenk',

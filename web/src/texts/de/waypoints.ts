@@ -24,6 +24,17 @@ export const ofWaypoints: typeof english = {
     solutions: (solution, solutions) =>
       solutions === null ? 'unzählige Lösungen' : `Lösung ${solution === null ? '–' : solution + 1} von ${solutions}`,
   },
+  options: {
+    label: 'Möglichkeiten',
+    only: 'Nur diese',
+    remove: (index) => `Möglichkeit ${index} löschen`,
+    outcomes: {
+      chosen: (duration) => `gewählt, geschätzt ${duration}`,
+      longer: (duration) => `länger, geschätzt ${duration}`,
+      untried: () => 'nicht versucht',
+    },
+    refused: (why) => `abgelehnt: ${why}`,
+  },
   configurations: {
     ask: 'Konfiguration wählen …',
     leave: 'Die Konfiguration dem Planer überlassen',

@@ -9,6 +9,7 @@ export const ofResult = {
       `by ${backend}${solver ? ` (${solver})` : ''}, planned and checked in ${Math.round(took * 1000)} ms`,
     meets: (object: string, arrival: string, latest: string | null) =>
       `Meets ${object} at ${arrival}.${latest === null ? '' : ` The program may begin until ${latest}.`}`,
+    shortened: (first: string, last: string, candidates: number) => `Shortened from ${first} to ${last}, ${candidates} trajectories tried.`,
     reported: 'reported, not enforced',
     quantity: 'Quantity',
     joint: 'Worst joint',

@@ -24,6 +24,17 @@ export const ofWaypoints = {
     solutions: (solution: number | null, solutions: number | null) =>
       solutions === null ? 'countless solutions' : `solution ${solution === null ? '–' : solution + 1} of ${solutions}`,
   },
+  options: {
+    label: 'Options',
+    only: 'Only this',
+    remove: (index: number) => `Delete option ${index}`,
+    outcomes: {
+      chosen: (duration: string) => `chosen, by estimate ${duration}`,
+      longer: (duration: string) => `longer, by estimate ${duration}`,
+      untried: () => 'not tried',
+    },
+    refused: (why: string) => `refused: ${why}`,
+  },
   configurations: {
     ask: 'Choose the configuration …',
     leave: 'Leave the configuration to the planner',
