@@ -136,13 +136,14 @@ class OpenCoordinates:
         like: FloatArray | None,
         room: FloatArray,
     ) -> States:
-        """Find the joint positions that reach poses, in the configuration of another one.
+        """Find the joint positions that reach poses, in the configurations of others.
 
         Args:
             positions: (N, 3), m: the poses as they are written.
             rotations: (N, 3, 3).
             values: (N, coordinates).
-            like: (joints,): where this is singular, or the arm has no names, every configuration counts, and with None.
+            like: (N, joints): where this is singular, or the arm has no names, every configuration counts, and with
+                None.
             room: (N,): the share of its range that each joint keeps off its limits.
         """
         parts = [
@@ -181,10 +182,10 @@ class OpenCoordinates:
         fewest, most = self.turns(found, room[rows])
         inside = (fewest <= most).all(axis=1)
         rows, found = rows[inside], found[inside]
-        towards = arm.middle if like is None else like[self.carried :]
+        towards = arm.middle if like is None else like[some][rows, self.carried :]
         found = found + TURN * np.clip(np.round((towards - found) / TURN), fewest[inside], most[inside])
         if like is not None:
-            sides, own = sides_of(arm, found), sides_of(arm, towards[None])
+            sides, own = sides_of(arm, found), sides_of(arm, towards)
             same = (np.isnan(sides) | (sides * own >= 0.0)).all(axis=1)
             rows, found = rows[same], found[same]
         points, turns = screws_of(arm).poses(found, np.zeros(3))

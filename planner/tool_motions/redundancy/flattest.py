@@ -38,25 +38,30 @@ def flattest_solutions(
         return []
     first, spacing = first_values(coordinates)
     around, shrink = nearby_shares(len(spacing))
-    values, positions, costs = _solved(coordinates, pose, first, near)
+    _, positions, values, costs = _solved(coordinates, pose, first, near)
     keys = [tuple(row) for row in np.sign(np.nan_to_num(sides_of(robot, positions))).tolist()]
     best: dict[tuple[float, ...], list[int]] = {}
     for row in costs.argsort(kind="stable").tolist():
         rows = best.setdefault(keys[row], [])
         if len(rows) < STARTS:
             rows.append(row)
+    rows = [row for kept in best.values() for row in kept]
+    values, positions, costs = values[rows], positions[rows], costs[rows]
+    for _ in range(MOST_REFINEMENTS):
+        if not rows or spacing.max() <= FINE_DISTANCE * shrink:
+            break
+        finer = np.clip(values[:, None] + around * spacing, coordinates.first, coordinates.last)
+        every = np.repeat(np.arange(len(rows)), len(around))
+        kept, more, finer_values, more_costs = _solved(
+            coordinates, pose, finer.reshape(len(every), -1), near, positions[every]
+        )
+        for k in more_costs.argsort(kind="stable")[::-1].tolist():  # the best one last
+            start = every[kept[k]]
+            if more_costs[k] < costs[start]:
+                values[start], positions[start], costs[start] = finer_values[k], more[k], more_costs[k]
+        spacing = spacing * shrink
     found = []
-    for row in (row for rows in best.values() for row in rows):
-        value, position, cost, step = values[row], positions[row], costs[row], spacing
-        for _ in range(MOST_REFINEMENTS):
-            if step.max() <= FINE_DISTANCE * shrink:
-                break
-            finer = np.clip(value + around * step, coordinates.first, coordinates.last)
-            *others, other_costs = _solved(coordinates, pose, finer, near, position)
-            if len(other_costs) and other_costs.min() < cost:
-                k = int(other_costs.argmin())
-                value, position, cost = others[0][k], others[1][k], other_costs[k]
-            step = step * shrink
+    for value, position in zip(values, positions, strict=True):
         offsets = value[coordinates.carried :]
         there = region.pose(pose, offsets) if region.ranges else pose
         solved = Search(robot, there, options).solve(position, STEADY)
@@ -66,8 +71,12 @@ def flattest_solutions(
 
 def _solved(
     coordinates: OpenCoordinates, pose: Pose, values: FloatArray, near: FloatArray, like: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return values (N, coordinates) with joint positions (N, joints) that reach the pose, and their costs (N,), s."""
+) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+    """Return the rows (M,) of values (N, coordinates) with joint positions that reach the pose, these and their costs.
+
+    Returns:
+        The rows, joint positions (M, joints), values (M, coordinates), and costs (M,), s.
+    """
     count, robot = len(values), coordinates.robot
     assert pose.rotation is not None  # noqa: S101 - asked for before
     points, axes = np.tile(pose.position, (count, 1)), np.tile(pose.rotation, (count, 1, 1))
@@ -76,4 +85,4 @@ def _solved(
     inside = ((positions >= robot.limit("lower")) & (positions <= robot.limit("upper"))).all(axis=1)
     rows, positions = states.rows[inside], positions[inside]
     costs = motion_costs(robot, near, positions, "continuous") + PREFERENCE_WEIGHT * tilts(robot, positions)
-    return values[rows], positions, costs
+    return rows, positions, values[rows], costs

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from planner.kinematics.costs import tilts
 from planner.kinematics.options import Preference
 from planner.problems.regions import Region
 from planner.robots import Robot
@@ -24,6 +25,9 @@ from planner.trajectories.polynomials import PiecewisePolynomial, shifted
 Follow = Callable[[Robot, PosePath, FloatArray, FloatArray | None], PiecewisePolynomial | Lost]
 """Follows a path with an arm from a joint position (joints,) to a given one or to any."""
 
+FLAT_ENOUGH = 0.02
+"""Mean tilt of the workpiece along a path, rad, up to which external axes alone are enough: a welder sees no more."""
+
 
 def follow_by_choice(
     robot: Robot,
@@ -37,7 +41,8 @@ def follow_by_choice(
     """Choose offsets and external axes along a path, and follow it with the arm.
 
     At first the external axes are chosen alone, then with the offsets. With `prefer` = `weld_flat` the cheaper comes
-    first. An arm of fewer than six joints has the last coordinates of the region as joints behind the tool.
+    first, unless the axes alone are flat enough. An arm of fewer than six joints has the last coordinates of the region
+    as joints behind the tool.
 
     Args:
         robot: The robot, with its tool.
@@ -88,10 +93,20 @@ def _followed_ways(
         for coordinates in opened
         if may_choose(coordinates) and (way := cheapest_values(coordinates, path, start, ends, prefer)) is not None
     )
-    for coordinates, way in sorted(found, key=lambda pair: pair[1].cost) if prefer == "weld_flat" else found:
+    for coordinates, way in _flattest_first(found) if prefer == "weld_flat" else found:
         chosen = _followed(coordinates, path, start, way, follow, ends_there=bool(ends))
         if chosen is not None:
             yield chosen
+
+
+def _flattest_first(found: Iterator[tuple[OpenCoordinates, Way]]) -> Iterator[tuple[OpenCoordinates, Way]]:
+    """Yield the cheaper way first, but do not search for more after one that is flat enough."""
+    first = next(found, None)
+    if first is not None and tilts(first[0].robot, first[1].positions).mean() <= FLAT_ENOUGH:
+        yield first
+        yield from found
+        return
+    yield from sorted([*([] if first is None else [first]), *found], key=lambda pair: pair[1].cost)
 
 
 def _followed(

@@ -17,8 +17,14 @@ from planner.tool_motions.redundancy.offset_paths import poses_at
 from planner.tool_motions.redundancy.smoothing import room_off_limits
 from planner.tool_motions.redundancy.tracking import tracked_states
 
-FEWEST_NODES = 49
-"""The fewest poses of a path at which the coordinates are chosen; of a path of more pieces, as many as these."""
+FEWEST_NODES = 13
+"""The fewest poses of a path at which the coordinates are chosen."""
+
+NODES_OF_CURVE = 49
+"""The most such poses of a path of few pieces; of a path of more pieces, there are as many as these."""
+
+NODE_TRAVEL = 0.02, 0.05
+"""The travel of the tool from such a pose to the next, m and rad, if there are more than the fewest."""
 
 MOST_POSES = 160_000
 """The most poses times values of the coordinates: 2,000 poses with 72 turns take 2 to 3 s."""
@@ -90,7 +96,7 @@ def cheapest_values(
         prefer: The preference.
     """
     first, spacing = first_values(coordinates)
-    nodes = min(max(FEWEST_NODES, len(path.breakpoints)), max(FEWEST_NODES, MOST_POSES // len(first)))
+    nodes = min(_wanted_nodes(path), max(NODES_OF_CURVE, MOST_POSES // len(first)))
     graph = _Graph(coordinates, path, start, ends, prefer, nodes)
     choices = _Choices(np.repeat(np.arange(1, nodes), len(first)), np.tile(first, (nodes - 1, 1)))
     way = graph.cheapest(choices)
@@ -103,6 +109,15 @@ def cheapest_values(
         finer = graph.cheapest(_Choices(np.repeat(np.arange(1, nodes), len(around)), near))
         way, spacing = finer if finer is not None and finer.cost <= way.cost else way, spacing * shrink
     return way
+
+
+def _wanted_nodes(path: PosePath) -> int:
+    """Return the number of poses of a path at which its coordinates are to be chosen."""
+    if len(path.breakpoints) >= NODES_OF_CURVE:
+        return len(path.breakpoints)
+    twists = np.abs([path.twist(u) for u in np.linspace(0.0, 1.0, FEWEST_NODES)])
+    travels = np.linalg.norm(twists.reshape(-1, 2, 3), axis=2).max(axis=0) / NODE_TRAVEL
+    return max(FEWEST_NODES, len(path.breakpoints), min(int(travels.max()) + 1, NODES_OF_CURVE))
 
 
 def first_values(coordinates: OpenCoordinates) -> tuple[FloatArray, FloatArray]:
@@ -168,7 +183,9 @@ class _Graph:
         nodes, values = self._with_ends(choices)
         poses = self.points[nodes], self.axes[nodes]
         if self.coordinates.form is not None:
-            states = self.coordinates.states(*poses, values, start, self.room[nodes])
+            states = self.coordinates.states(
+                *poses, values, np.broadcast_to(start, (len(nodes), len(start))), self.room[nodes]
+            )
         else:
             states = tracked_states(self.coordinates, nodes, *poses, values, self.guide, self.room)
         fewest, most = self.coordinates.turns(states.positions, self.room[nodes[states.rows]])

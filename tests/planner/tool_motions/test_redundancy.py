@@ -43,6 +43,7 @@ def test_no_way_over_72_turns_is_cheaper(arm: str, monkeypatch: pytest.MonkeyPat
     """The truth is the least of all 373,248 ways over three poses, with solutions confirmed one by one."""
     robot, home, nodes = load_robot(arm), np.array(HOMES[arm]), 5
     monkeypatch.setattr(ways, "FEWEST_NODES", nodes)
+    monkeypatch.setattr(ways, "NODES_OF_CURVE", nodes)
     monkeypatch.setattr(ways, "MOST_REFINEMENTS", 0)
     monkeypatch.setattr(ways, "room_off_limits", np.zeros_like)
     path, velocity = line_from(robot, home, 1.5), robot.limit("velocity")
