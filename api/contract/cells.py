@@ -52,7 +52,8 @@ class CellRequest(Schema):
     scene: SceneOrId | None = None
     """The objects around all robots, each in a frame of `frames` or in the world. At most one robot takes an object
     (`attach`), unless robots hand it over at one of the `meetings`. `attached` and `allowed_pairs` are empty: each
-    robot has its own. Omitted: no objects."""
+    robot has its own. Objects may move: each robot is proved clear of them with its waits, until the last one ends.
+    Omitted: no objects."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints and objects. Waypoints
     may also name `base` and `world`."""
@@ -68,7 +69,8 @@ class CellRequest(Schema):
     each other there. None goes on before all have arrived and rested for the longest of their dwells. An object that
     one of them puts down there (`detach`) and another one takes (`attach`) moves on with the other one."""
     skew: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
-    """The largest time by which the controller of one robot may start before or after that of another, s."""
+    """The largest time by which the controller of one robot may start before or after that of another, s. It must be 0
+    with moving objects in the scene."""
     deadline: Deadline = DEFAULT_DEADLINE
 
 

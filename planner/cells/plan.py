@@ -23,6 +23,8 @@ from planner.cells.meetings import CellMeeting, Meeting, faults_of_meetings, mee
 from planner.cells.movers import Mover, Rules
 from planner.cells.robots import CellRobot, faults_of_pairs, faults_of_robots
 from planner.cells.waits import Member, Pair, WaitSearch
+from planner.certificate.clearance import parts_of, segment_checkers
+from planner.certificate.moving_objects import clearances_of_objects
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, PlanningError, StartInCollision
 from planner.fields import FieldPath
 from planner.planning.attempts import Budget
@@ -31,6 +33,7 @@ from planner.plans.result import Plan
 from planner.problems.problem import PlanningProblem
 from planner.scene import Scene
 from planner.spatial import FloatArray
+from planner.timing.arrivals import with_wait
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +76,8 @@ def plan_cell(
 
     The waits are chosen in the coordination diagram of each pair of robots. Two robots end as early as such waits
     allow, to the accuracy of the diagram. Three or four wait for each other in the best order of priority.
+
+    Each robot is proved clear of the moving objects of the scene, with its waits and until the last robot ends.
 
     Where no waits keep the robots apart, robots with free motions are planned again, around the places where others
     rest at their start and end. A robot that takes part in a handover keeps to its path.
@@ -141,6 +146,7 @@ def plan_cell(
         _with_waits(k, robot, own, member, wait, budget) if wait.any() else own
         for k, (robot, own, member, wait) in enumerate(zip(robots, alone, members, waits, strict=True))
     ]
+    _prove_rests(robots, plans)
     proved = _movers(robots, plans, handovers).values()
     return CellPlan(
         tuple(robot.name for robot in robots),
@@ -202,6 +208,28 @@ def _movers(
         return Mover.of_plan(robots[k].name, plans[k], gone)
 
     return {(i, j): (mover(i, j), mover(j, i)) for i, j in combinations(range(len(robots)), 2)}
+
+
+def _prove_rests(robots: Sequence[CellRobot], plans: Sequence[Plan]) -> None:
+    """Prove that robots which rest at their end keep clear of moving objects until the last robot ends.
+
+    Raises:
+        Collision, ClearanceUnproved: One does not, or that takes too long to prove.
+    """
+    end = max(plan.trajectory.duration for plan in plans)
+    for k, (robot, own) in enumerate(zip(robots, plans, strict=True)):
+        scene, trajectory = own.problem.scene, own.trajectory
+        if scene is None or not scene.moving or trajectory.duration == end:
+            continue
+        resting = with_wait(trajectory, len(trajectory.arrivals) - 1, end - trajectory.duration)
+        *_, last = parts_of(segment_checkers(own.problem, own.path.positions), resting)
+        try:
+            for _ in clearances_of_objects(last[0], scene.objects, last[1], last[2], None):
+                pass
+        except PlanningError as refusal:
+            text = f"robot {robot.name!r} at rest at its end, until {end:.4g} s: {refusal._text}"
+            moved = refusal.numbered(own.problem.numbers)
+            raise moved.with_fields(_text=text, robot=k) from None
 
 
 def _one_object(robots: Sequence[CellRobot], handovers: Sequence[Handover]) -> Iterator[tuple[str, str]]:

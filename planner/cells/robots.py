@@ -13,6 +13,7 @@ from planner.fields import FieldPath
 from planner.plans.result import Plan
 from planner.problems.any_of import AnyOf, WaypointSequence
 from planner.problems.problem import AnyWaypoint, PlanningProblem
+from planner.problems.rides import unplanned_faults
 from planner.scene import Scene
 
 MOST_ROBOTS = 4
@@ -52,9 +53,16 @@ def faults_of_robots(
     for name in ("attached", "allowed_pairs", "pair_margins"):
         if getattr(scene, name):
             yield ("scene", name), "must be empty: each robot has its own"
-    for i, thing in enumerate(scene.objects):
-        if thing.motion is not None:
-            yield ("scene", "objects", i, "motion"), "must be left out: the objects of a cell are static"
+    if scene.moving and skew > 0.0:
+        yield ("skew",), "must be 0 with moving objects in the scene: they move on the clock of every robot"
+    moving = {thing.id for thing in scene.moving}
+    for k, robot in enumerate(robots):
+        for field, text in unplanned_faults(robot.problem.waypoints):
+            yield ("robots", k, *field), text
+        for i, waypoint in enumerate(robot.problem.waypoints) if moving else ():
+            for field, name in taken_objects(waypoint, i):
+                if name in moving:
+                    yield ("robots", k, *field), f"must be a static object of a cell: {name!r} has a `motion`"
     for k, robot in enumerate(robots):
         if robot.problem.scene is not None and robot.problem.scene.objects:
             yield ("robots", k, "scene", "objects"), "must be empty: the scene of the cell has the objects"

@@ -414,12 +414,8 @@ def test_checks_without_a_time_leave_moving_objects_out() -> None:
     assert planner.is_free(checker, [MIDDLE]).all()
 
 
-def test_cells_and_tasks_in_any_order_need_static_objects() -> None:
+def test_tasks_in_any_order_need_static_objects() -> None:
     scene, problem = planner.Scene([moving(SLIDES)]), planner.PlanningProblem(ARM, [LEFT])
-    robots = [planner.CellRobot(name, problem) for name in ("left", "right")]
-    with pytest.raises(planner.InvalidProblem) as of_cell:
-        planner.plan_cell(robots, scene=scene)
-    with pytest.raises(planner.InvalidProblem) as of_tasks:
+    with pytest.raises(planner.InvalidProblem) as refused:
         planner.order_tasks(replace(problem, scene=scene), [planner.Task([planner.JointWaypoint(RIGHT)])])
-    for refused in (of_cell, of_tasks):
-        assert [fault.field for fault in refused.value.faults] == [("scene", "objects", 0, "motion")]
+    assert [fault.field for fault in refused.value.faults] == [("scene", "objects", 0, "motion")]

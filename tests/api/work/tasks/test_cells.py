@@ -160,6 +160,18 @@ def test_fault_points_to_its_field(service: RunningService, pointer: str) -> Non
     assert pointer in [error["pointer"] for error in problem.json()["errors"]]
 
 
+def test_moving_objects_pass_the_robots_and_are_refused_where_they_meet_one(service: RunningService) -> None:
+    passing = PART | {"motion": {"kind": "linear", "velocity": [0.5, 0.0, 0.0]}}
+    answer = checked(service.post(CELLS, cell(scene={"objects": [passing]})), CellAnswer)
+    assert [own["plan"]["certificate"]["clearance"]["scene"]["pair"][1] for own in answer["robots"]] == ["part"] * 2
+    meeting = passing | {"pose": {"position": [0.24, 3.1, -0.05]}}  # where the second robot ends
+    meeting["motion"] = {"kind": "linear", "velocity": [1e-3, 0.0, 0.0]}
+    problem = service.post(CELLS, cell(scene={"objects": [meeting]})).json()
+    assert (problem["code"], problem["robot"], problem["pair"][1]) == ("collision", 1, "part")
+    skewed = service.post(CELLS, cell(scene={"objects": [passing]}, skew=0.1)).json()
+    assert [error["pointer"] for error in skewed["errors"]] == ["/skew"]
+
+
 def test_number_of_robots_is_that_of_the_library(service: RunningService) -> None:
     assert MOST_ROBOTS == MOST_ROBOTS_OF_THE_LIBRARY
     robots = [member(name, 3.0 * k) for k, name in enumerate("abcde")]
