@@ -40,6 +40,7 @@ GROUPS = {
     "jobs": "Everyday jobs",
     "features": "What can be asked",
     "cells": "Several robots",
+    "tasks": "Tasks in any order",
 }
 """The groups of the menu of examples."""
 TOO_SHORT = {

@@ -207,3 +207,13 @@ def test_waypoints_are_put_in_the_best_order_and_back(page: Page) -> None:
     assert violations(page) == []
     page.get_by_role("button", name="Undo").click()
     expect(names).to_have_text(given)
+
+
+def test_tasks_are_opened_in_the_order_of_the_service(page: Page, service: RunningService) -> None:
+    tasks = json.loads((ROOT / "examples/tasks/drill_and_deburr.json").read_text())
+    ordered = service.post("/v1/tasks/order", tasks).json()["request"]
+    use_request(page, json.dumps(tasks))
+    expect(page.locator("[data-waypoint]")).to_have_count(len(ordered["waypoints"]))
+    planned(page)
+    assert shown_request(page) == ordered
+    expect(page.locator(".ordering [role=status]")).to_contain_text("In the best order found")

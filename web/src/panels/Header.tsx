@@ -1,9 +1,10 @@
 // The top of the page: robot, example, back end, plan, undo and redo.
 import { useState } from 'preact/hooks';
-import { EXAMPLES } from '../request/examples';
+import { EXAMPLES, TASK_EXAMPLES } from '../request/examples';
 import type { Example } from '../request/examples';
 import { apiKey, useKey } from '../service/client';
 import { chooseBackend, chooseExample, chooseRobot, redo, settle, undo } from '../state/actions';
+import { openTaskExample } from '../state/ordering';
 import { planNow } from '../state/planning';
 import { linkToShown } from '../state/start';
 import { say, showBanner } from '../state/messages';
@@ -17,13 +18,23 @@ import { copy } from './save';
 
 const KINDS: readonly Example['group'][] = ['documents', 'jobs', 'features', 'cells'];
 
-const GROUPS = KINDS.map((kind) => ({
+const OF_REQUESTS = KINDS.map((kind) => ({
   label: texts.header.groups[kind],
   items: EXAMPLES.filter(({ group }) => group === kind).map((example) => ({
     text: example.name.replaceAll('_', ' '),
     onChoose: () => void chooseExample(example),
   })),
 }));
+
+const OF_TASKS = {
+  label: texts.header.groups.tasks,
+  items: TASK_EXAMPLES.map(({ name, load }) => ({
+    text: name.replaceAll('_', ' '),
+    onChoose: () => void openTaskExample(load),
+  })),
+};
+
+const GROUPS = [...OF_REQUESTS, OF_TASKS];
 
 export function Header() {
   const [shown, arm] = [request.value, robot.value];

@@ -2,9 +2,10 @@
 import { useState } from 'preact/hooks';
 import { documentOf, showing } from '../request/cells';
 import { json } from '../request/code';
-import { parseRequest } from '../request/parse';
+import { parseRequest, tasksOf } from '../request/parse';
 import type { PlanRequest } from '../service/types';
 import { openRequest, show } from '../state/actions';
+import { openTasks } from '../state/ordering';
 import { request } from '../state/store';
 import { texts } from '../texts';
 import { Projects } from './Projects';
@@ -24,6 +25,8 @@ export function RequestJson() {
   const written = json(shown && documentOf(shown));
   const text = draft?.text ?? written;
   const take = (next: string, use: (request: PlanRequest) => void): void => {
+    const tasks = tasksOf(next);
+    if (tasks) return void openTasks(tasks);
     const { request: parsed, fault } = parseRequest(next);
     setDraft(parsed ? null : { of: shown, text: next, fault });
     if (parsed) use(parsed);

@@ -1,5 +1,5 @@
 // The examples of the documents, loaded when they are chosen.
-import type { CellRequest, PlanRequest, RobotUpload } from '../service/types';
+import type { CellRequest, OrderRequest, PlanRequest, RobotUpload } from '../service/types';
 import { shownOf } from './cells';
 
 const FILES = import.meta.glob<PlanRequest>(['../../../examples/*.json', '../../../examples/jobs/*.json'], {
@@ -7,6 +7,8 @@ const FILES = import.meta.glob<PlanRequest>(['../../../examples/*.json', '../../
 });
 
 const CELLS = import.meta.glob<CellRequest>('../../../examples/cell/*.json', { import: 'default' });
+
+const TASKS = import.meta.glob<OrderRequest>('../../../examples/tasks/*.json', { import: 'default' });
 
 // The robots of examples that no catalogue has, by their ids: bodies of POST /v1/robots.
 const ROBOTS = import.meta.glob<RobotUpload>('../../../examples/robots/*.json', { import: 'default' });
@@ -35,6 +37,9 @@ const OF_CELLS = Object.entries(CELLS).map(([path, load]): Example => {
 });
 
 export const EXAMPLES: readonly Example[] = [...OF_REQUESTS, ...OF_CELLS];
+
+// Tasks in any order, which the service puts in order.
+export const TASK_EXAMPLES = Object.entries(TASKS).map(([path, load]) => ({ name: nameOf(path), load }));
 
 function nameOf(path: string): string {
   return path.replace(/^.*\//, '').replace('.json', '');

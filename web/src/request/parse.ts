@@ -1,6 +1,6 @@
 // The form of a request that comes from outside: a link, a file, a text. What the page reads is checked here, the rest by
 // the service.
-import type { CellRequest, PlanRequest } from '../service/types';
+import type { CellRequest, OrderRequest, PlanRequest } from '../service/types';
 import { MOST_ROBOTS, shownOf } from './cells';
 import { byKind, flag, list, matching, nullable, number, object, oneOf, record, text } from './shape';
 import type { Check } from './shape';
@@ -142,6 +142,16 @@ const cell = object(
   { robots: list(member, { least: 2, most: MOST_ROBOTS }) },
   { ...around, margin: number, skew: number, meetings: list(text), allowed_pairs: pairs },
 );
+
+// Tasks in any order from a JSON text, which the service checks; null: it is something else.
+export function tasksOf(json: string): OrderRequest | null {
+  try {
+    const value: unknown = JSON.parse(json);
+    return typeof value === 'object' && value !== null && 'tasks' in value ? (value as OrderRequest) : null;
+  } catch {
+    return null;
+  }
+}
 
 export type Parsed = { request: PlanRequest; fault?: undefined } | { request?: undefined; fault: string };
 

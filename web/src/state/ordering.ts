@@ -2,11 +2,12 @@
 import { batch, signal } from '@preact/signals';
 import { inOrder, orderRequest } from '../request/order';
 import { seconds } from '../plan/units';
-import { client, outcome } from '../service/client';
-import type { PlanRequest, Problem } from '../service/types';
+import { client, isAway, outcome } from '../service/client';
+import type { OrderRequest, PlanRequest, Problem } from '../service/types';
 import { texts } from '../texts';
-import { show } from './actions';
-import { request } from './store';
+import { openRequest, show } from './actions';
+import { stopPlanning } from './planning';
+import { planning, problem, request } from './store';
 
 export const ordering = signal(false);
 
@@ -35,4 +36,29 @@ export async function orderWaypoints(): Promise<void> {
   const came = texts.waypoints.ordered(seconds(plan.duration), seconds(bound));
   show(next, came);
   ordered.value = { request: next, came };
+}
+
+// Shows an example of tasks.
+export async function openTaskExample(load: () => Promise<OrderRequest>): Promise<void> {
+  const tasks = await load().catch(() => null);
+  if (tasks) await openTasks(tasks);
+  else isAway.value = true; // examples are files of the service
+}
+
+// Has tasks put in order, and shows them in that order as a request.
+export async function openTasks(tasks: OrderRequest): Promise<void> {
+  const before = request.value;
+  stopPlanning();
+  planning.value = true;
+  const found = await outcome(client.POST('/v1/tasks/order', { body: tasks }));
+  if (request.value !== before || !planning.peek()) return; // cancelled, or something else is shown by now
+  planning.value = false;
+  if (found.problem) {
+    problem.value = found.problem;
+    return;
+  }
+  const { request: next, plan, bound } = found.answer;
+  const came = texts.waypoints.ordered(seconds(plan.duration), seconds(bound));
+  openRequest(next as unknown as PlanRequest, came);
+  ordered.value = { request: next as unknown as PlanRequest, came };
 }

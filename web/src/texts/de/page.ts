@@ -11,6 +11,7 @@ export const ofPage: typeof english = {
       jobs: 'Alltägliche Aufgaben',
       features: 'Was verlangt werden kann',
       cells: 'Mehrere Roboter',
+      tasks: 'Aufgaben in beliebiger Reihenfolge',
     },
     backend: 'Verfahren',
     plan: 'Planen',

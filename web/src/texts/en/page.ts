@@ -5,7 +5,13 @@ export const ofPage = {
   header: {
     robot: 'Robot',
     chooseExample: 'Examples',
-    groups: { documents: 'Published works', jobs: 'Everyday jobs', features: 'What can be asked', cells: 'Several robots' },
+    groups: {
+      documents: 'Published works',
+      jobs: 'Everyday jobs',
+      features: 'What can be asked',
+      cells: 'Several robots',
+      tasks: 'Tasks in any order',
+    },
     backend: 'Back end',
     plan: 'Plan',
     planning: 'Planning …',
