@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from tests.api.random_requests.answered import times_of
-from tests.api.random_requests.poses import placement, thing_at, tool_at, written
+from tests.api.random_requests.poses import in_base, placement, thing_at, tool_at, written
 from tests.api.random_requests.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -68,7 +68,14 @@ def _after(
         (held,) = (thing for thing in attached if thing["id"] == name)
         attached.remove(held)
         pose = _frame(robot, request, held, position) * placement(held.get("pose"))
-        objects.append(_with(held, ("id", "shape", "margin"), frame="base", pose=written(pose, "matrix")))
+        moves: dict[str, Any] = {}
+        if waypoint.get("on"):  # from then on, it moves along
+            (under,) = (thing for thing in scene["objects"] if thing["id"] == waypoint["on"])
+            start, now = (thing_at(robot, request, under, at) for at in (0.0, time))
+            pose.translation -= now.translation - start.translation
+            into = in_base(robot, request, under.get("frame", "world"))
+            moves["motion"] = under["motion"] | {"velocity": (into.rotation @ under["motion"]["velocity"]).tolist()}
+        objects.append(_with(held, ("id", "shape", "margin"), frame="base", pose=written(pose, "matrix"), **moves))
     for take in waypoint.get("attach", []):
         (thing,) = (thing for thing in objects if thing["id"] == take["id"])
         objects.remove(thing)

@@ -45,7 +45,19 @@ class Rides(Draws):
                 waypoints.append({"kind": "joint", "position": near.tolist()})
         if "on" in waypoints[-1] and self.chance(0.95):
             waypoints.append({"kind": "joint", "position": self.position(near).tolist()})
+        for waypoint in waypoints[1:]:
+            if "motion" not in waypoint and self.chance(0.3):
+                waypoint["motion"] = {"kind": "free", "most_checks": 300}
+        if self.chance(0.3):
+            self._put_down(waypoints)
         return request | {"waypoints": waypoints}
+
+    def _put_down(self, waypoints: list[dict[str, Any]]) -> None:
+        """Put down the object that was taken at a later waypoint, which may be on another object."""
+        taken = [(k, take["id"]) for k, waypoint in enumerate(waypoints) for take in waypoint.get("attach", [])]
+        if taken and taken[0][0] + 1 < len(waypoints):
+            k = int(self.random.integers(taken[0][0] + 1, len(waypoints)))
+            waypoints[k]["detach"] = [taken[0][1]]
 
     def _ride(self, request: dict[str, Any], name: str, near: np.ndarray, time: float) -> list[dict[str, Any]]:
         """Add an object that passes the tool at a time, s, and return the waypoints on it."""

@@ -174,7 +174,7 @@ class Surroundings:
         for body in (body for body in self.bodies if body.joint) if self.moving else ():
             core = self.moved(body, trajectory.at(times)[0])
             for thing, velocity, end in self.moving:
-                if thing.name in left_out or frozenset((body.name, thing.name)) in self.allowed:
+                if {body.name, thing.name} & left_out or frozenset((body.name, thing.name)) in self.allowed:
                     continue
                 seen = core - (np.minimum(times, end)[:, None] * velocity)[:, None]
                 if body.is_line:
