@@ -242,7 +242,7 @@ def _refusal(
         "time": time,
     }
     if at_start is not None:
-        return StartInCollision(f"before both start, {near}", **fields)
+        return StartInCollision(f"before both start, {near}", **fields | {"time": 0.0})
     skewed = f" if {second.name} is {abs(skew):.4g} s {'ahead' if skew > 0 else 'late'}" if skew else ""
     return Collision(f"at {time:.4g} s, {near}{skewed}", **fields)
 

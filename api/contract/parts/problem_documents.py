@@ -135,7 +135,8 @@ class ProblemDocument(Answer):
     depth: float | None = None
     """With a collision: the violation of their margin, m."""
     point: list[float] | None = None
-    """With a collision: a point of the first of the two, x, y, z in the base frame, m."""
+    """With a collision: a point of the first of the two, x, y, z in the base frame, m. In the world, if two robots of a
+    cell touch."""
     position: list[float] | None = None
     """With a collision: the joint position, rad or m for each joint."""
     checks: int | None = None

@@ -119,11 +119,13 @@ def test_machines_rest_before_their_start_and_after_their_end() -> None:
 
 
 def test_two_robots_on_one_base_are_refused_at_the_start() -> None:
-    arm = arm_of_capsules("ur5e")
+    arm = arm_of_capsules("ur5e").derived(mounting=Pose([30.0, 0.0, 0.0], np.eye(3)))
     plan = random_plan(arm, np.random.default_rng(0), 2)
     movers = [planner.Mover.of_plan(name, plan) for name in "ab"]
-    with pytest.raises(planner.StartInCollision, match="before both start"):
+    with pytest.raises(planner.StartInCollision, match="before both start") as refused:
         planner.clearance_between(*movers)
+    assert refused.value.time == 0.0
+    assert refused.value.point is not None and abs(refused.value.point[0] - 30.0) < 2.0  # in the world
 
 
 def test_turned_shapes_slide_as_they_stand() -> None:

@@ -43,7 +43,7 @@ export function Refusal({ problem }: { problem: Problem }) {
           {texts.refusal.pair(
             problem.pair,
             depthOf({ depth: problem.depth }),
-            typeof problem.time === 'number' && problem.time >= 0 ? seconds(problem.time) : null,
+            typeof problem.time === 'number' ? seconds(problem.time) : null,
           )}
         </p>
       )}
