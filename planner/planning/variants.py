@@ -15,6 +15,7 @@ from planner.planning.half_spaces import half_spaces_between
 from planner.problems.any_of import requested_indices
 from planner.problems.blend_radii import blend_radii
 from planner.problems.problem import PlanningProblem
+from planner.problems.rides import handling_of
 from planner.trajectories.trajectory import PlanWarning
 
 DEVIATION_SHARES = (0.3, 0.1)
@@ -28,7 +29,8 @@ def is_of_moving_object(problem: PlanningProblem, refusal: PlanningError) -> boo
     """Tell whether a refusal is about the clearance from an object that moves."""
     if problem.scene is None or not isinstance(refusal, Collision | ClearanceUnproved):
         return False
-    return refusal.pair[1] in {thing.id for thing in problem.scene.moving}
+    put_on_others = (name for done in handling_of(problem) if done.carrier is not None for name in done.put_down)
+    return refusal.pair[1] in {thing.id for thing in problem.scene.moving}.union(put_on_others)
 
 
 def kept_clear(attempt: Attempt) -> Proposals[Outcome]:

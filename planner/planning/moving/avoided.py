@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from planner.certificate.clearance import segment_checkers
 from planner.errors import ClearanceUnproved, Collision, PlanningError
 from planner.free_motion.detours import Detour, find_detour, find_detours, last_of
 from planner.planning.attempts import Attempt, Outcome, Planned, Proposals, Refused, is_unmade
@@ -94,9 +95,12 @@ def _around(refused: Refused, factor: float) -> Sequence[Detour] | None:
     if trajectory is None or segment is None or scene is None or attempt.detours is None:
         return None
     begin = float(trajectory.departures[last_of(attempt.with_detours, segment)])
-    end = float(trajectory.arrivals[last_of(attempt.with_detours, segment + 1)])
+    last = last_of(attempt.with_detours, segment + 1)
+    end = float(trajectory.arrivals[last])
     taken = {take.id for take in problem.waypoints[segment + 1].attach}
-    swept = with_swept(scene, begin, begin + factor * (end - begin), taken)
+    there = segment_checkers(attempt.with_detours, attempt.solved.positions)[last - 1].moving
+    things = [thing for thing in there if thing.id not in taken]
+    swept = with_swept(scene, things, begin, begin + factor * (end - begin))
     before = [detour for detour in attempt.detours if detour.waypoint <= segment]
     waypoints = list(problem.waypoints)
     waypoints[segment + 1] = sought_quickly(waypoints[segment + 1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ MOST_COPIES = 32
 """The most copies of a moving object that stand for the space it takes up."""
 
 
-def with_swept(scene: Scene, begin: float, end: float, left_out: Collection[str] = ()) -> Scene:
+def with_swept(scene: Scene, things: Iterable[SceneObject], begin: float, end: float) -> Scene:
     """Return a scene with static copies of moving objects, all over an interval of time, s.
 
     A robot that keeps clear of all copies keeps clear of the objects in that interval. The margin of a copy is larger
@@ -25,14 +25,12 @@ def with_swept(scene: Scene, begin: float, end: float, left_out: Collection[str]
 
     Args:
         scene: The scene.
+        things: The objects that get copies.
         begin: When the interval begins, s.
         end: When it ends, s.
-        left_out: Names of moving objects without copies.
     """
     objects, allowed, margins = list(scene.objects), list(scene.allowed_pairs), list(scene.pair_margins)
-    for thing in scene.moving:
-        if thing.id in left_out:
-            continue
+    for thing in things:
         for copy, gap in _copies(thing, begin, end):
             own = scene.margin if thing.margin is None else thing.margin
             objects.append(replace(copy, margin=own + gap))

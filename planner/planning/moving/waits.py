@@ -138,6 +138,8 @@ def _free_waits(
         end = begin + part.duration
         of_part = np.flatnonzero((rows[:, 1] >= begin) & (rows[:, 0] <= end))
         for meeting in meetings(checker, given, 0.0, float(clock[-1])):
+            if meeting.are_contacts:
+                continue  # where the robot holds an object, both may overlap
             own = Phase(meeting.phase.bodies, part, begin, begin, end, np.zeros(0))
             of_phase = np.flatnonzero((columns[:, 1] >= meeting.begin) & (columns[:, 0] <= meeting.end))
             if len(of_part) and len(of_phase):

@@ -59,6 +59,21 @@ def test_a_free_motion_keeps_clear_of_a_passing_object_at_dense_samples(thing: p
         assert said == [f"the robot waits {waited:.4g} s longer at waypoint 0, until box has passed"]
 
 
+@pytest.mark.parametrize(("delay", "way"), [(0.4, "detour"), (0.1, "wait")])
+def test_a_robot_that_has_taken_an_object_that_stopped_goes_around_another_or_waits(delay: float, way: str) -> None:
+    tip, velocity = planner.forward_kinematics(ARM, LEFT).position, np.array([0.0, 0.0, 0.5])
+    motion = planner.ConstantVelocity(velocity, end=1.0)
+    crate = planner.SceneObject("crate", [planner.Box([0.06] * 3)], Pose(tip - velocity), motion=motion)
+    thing = pillar(0.4, delay=6.0 + delay)
+    take = planner.JointWaypoint(LEFT, earliest_arrival=6.0, attach=[planner.Attach("crate")])
+    waypoints: list[Any] = [[0.8, -1.6, 1.4, -1.77, -1.57, 0.0], take, planner.JointWaypoint(RIGHT, motion=FREE)]
+    problem = planner.PlanningProblem(ARM, waypoints, scene=planner.Scene([thing, crate], margin=MARGIN))
+    plan = planner.plan(problem, budget=planner.Budget(attempts=12))
+    assert least_distance(plan, thing, np.linspace(6.0, plan.trajectory.duration, 100)) >= MARGIN - CONTACT_TOLERANCE
+    assert plan.detours[0].has_corners == (way == "detour")
+    assert (plan.trajectory.departures[1] > 6.0) == (way == "wait")
+
+
 def test_a_detour_that_takes_longer_than_a_wait_is_not_taken() -> None:
     thing = pillar(0.4, height=1.2, width=0.3)
     waited = planner.plan(free_problem(thing)).trajectory
@@ -105,7 +120,7 @@ def test_copies_with_their_margins_cover_an_object_at_all_times() -> None:
         things, margin=0.005, allowed_pairs=[("link_1", "door")], pair_margins=[("link_2", "part", 0.1)]
     )
     begin, end = 0.3, 1.4
-    swept = with_swept(scene, begin, end)
+    swept = with_swept(scene, things, begin, end)
     assert swept.objects[:2] == tuple(things)
     balls = [planner.Sphere(1e-3)]
     for thing, own in zip(things, (0.005, 0.02), strict=True):
@@ -119,4 +134,3 @@ def test_copies_with_their_margins_cover_an_object_at_all_times() -> None:
             ball = [(balls[0], type(placed)(np.eye(3), point))]
             gaps = [distance(ball, world_of(copy)(0.0)) - (copy.margin or 0.0) for copy in copies]
             assert min(gaps) <= -own + 1e-9, "a point of the object is within the margin of a copy"
-    assert with_swept(scene, begin, end, {"door", "part"}).objects == tuple(things)

@@ -77,6 +77,23 @@ def test_the_arm_must_keep_clear_of_what_it_has_put_down() -> None:
     assert planner.plan(problem(part(), [*empty, low], TRAY, place=HOME), "ruckig", ONCE).rides
 
 
+def test_a_free_motion_waits_until_a_part_that_the_arm_has_put_down_has_passed() -> None:
+    held = planner.AttachedObject("part", [planner.Box([0.06] * 3)], Pose([0.0, 0.0, 0.035], np.eye(3)))
+    high = planner.PoseWaypoint(Pose([0.55, 0.3, 0.45], DOWN), earliest_arrival=8.2)
+    low = planner.PoseWaypoint(Pose([0.55, 0.3, 0.16], DOWN), dwell=1.5, motion=planner.FreeMotion())
+    scene = planner.Scene([TRAY], [held], margin=0.005)
+    given = planner.PlanningProblem(ARM, [HOME, *PLACE, high, low], scene=scene)
+    plan = planner.plan(given, "ruckig", planner.Budget(attempts=3))
+    assert plan.rides[0].arrival == pytest.approx(5.5)
+    (said,) = (warning.message for warning in plan.warnings if warning.code == "waits_for_object")
+    assert said.endswith("longer at waypoint 4, until part has passed")
+    (checker,) = segment_checkers(plan.problem, plan.path.positions)[-1:]
+    (there,) = (other for other in checker.scene.moving if other.id == "part")
+    for time in np.linspace(plan.trajectory.departures[-2], plan.trajectory.duration, 200).tolist():
+        tip = tool_at(plan.trajectory.evaluate(time, [0])[0]).translation
+        assert np.abs(tip - there.pose_at(time).position).max() > 0.03 + 0.005, "the tip is out of the box"
+
+
 def test_the_check_sees_a_part_that_is_released_at_another_time() -> None:
     plan = planner.plan(problem(part(), [*pick(2.5), *PLACE], TRAY, place=HOME), "ruckig", TWICE)
     (row,) = (k for k, w in enumerate(plan.problem.waypoints) if w.detach)
