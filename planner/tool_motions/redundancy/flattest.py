@@ -85,4 +85,5 @@ def _solved(
     inside = ((positions >= robot.limit("lower")) & (positions <= robot.limit("upper"))).all(axis=1)
     rows, positions = states.rows[inside], positions[inside]
     costs = motion_costs(robot, near, positions, "continuous") + PREFERENCE_WEIGHT * tilts(robot, positions)
-    return rows, positions, values[rows], costs
+    carried = coordinates.carried  # whose turns are the nearest ones
+    return rows, positions, np.hstack([positions[:, :carried], values[rows, carried:]]), costs

@@ -12,10 +12,13 @@ import planner
 from planner.certificate.clearance import certify_clearance
 from planner.dynamics import SegmentDynamics
 from planner.errors import Collision, InvalidProblem
+from planner.kinematics.costs import tilts
 from planner.plots.view import drawn_tool_poses, stick_model
+from planner.problems.regions import Region
 from planner.robots import ExternalAxis, load_robot
 from planner.scene import CollisionChecker
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
+from planner.tool_motions.redundancy.flattest import flattest_solutions
 from tests.planner.robots.two_branches import TwoBranches, se3
 
 TORCH = Pose.from_rpy([0.1, 0.0, 0.3], [0.0, 0.6, 0.0])
@@ -278,6 +281,15 @@ def test_a_positioner_holds_the_workpiece_flat_along_a_seam() -> None:
     placements = [cell.tool_in_workpiece(row) for row in made.trajectory.evaluate(between, [0])[0]]
     speeds = speeds_between(placements, float(between[1] - between[0]))
     assert np.ptp(speeds) <= 0.005 * SPEED
+
+
+@pytest.mark.parametrize("lower", [-20.0, 2.0])
+def test_a_table_without_positions_around_0_holds_the_workpiece_as_flat(lower: float) -> None:
+    robot = CELL.arm.derived(positioner=[TILT, replace(TURN, lower=lower)])
+    pose = Pose(on_seam(1.0).position, on_seam(1.0).rotation @ rotation_from_rpy(0.3, 0.1, 0.0))
+    options = planner.InverseKinematicsOptions(prefer="weld_flat")
+    found = flattest_solutions(robot, pose, Region(), options, np.append(3.0, HOME.position[1:]))
+    assert tilts(robot, np.array([q for q, _ in found])).min() < np.radians(0.1)
 
 
 @pytest.mark.large_only
