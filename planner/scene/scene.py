@@ -249,6 +249,8 @@ def scene_faults(robot: Robot, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
         for k, shape in enumerate(held.shapes):
             if shape.bounding_capsule is None:
                 yield ("scene", "attached", i, "shapes", k), "what moves with a robot has an end"
+        if held.link is None and robot.holds_workpiece:
+            yield ("scene", "attached", i, "link"), _no_link(robot, held.id)
         if held.link is not None and not robot.model.existFrame(held.link):
             yield ("scene", "attached", i, "link"), f"{robot.id} has no link called {held.link!r}"
         for k, name in enumerate(held.touch_links):
@@ -267,6 +269,11 @@ def scene_faults(robot: Robot, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
         yield from ((("scene", "objects", i, *field), message) for field, message in _motion_faults(thing))
     yield from _thing_faults(scene.objects, "objects")
     yield from _thing_faults(scene.attached, "attached")
+
+
+def _no_link(robot: Robot, name: str) -> str:
+    """Return the fault of an object without a link, which would be carried by a fixed tool."""
+    return f"must name the link that carries {name!r}, such as 'workpiece': the tool of {robot.id} stands in the cell"
 
 
 def _motion_faults(thing: SceneObject) -> Iterator[tuple[FieldPath, str]]:
@@ -325,8 +332,7 @@ def handling_faults(
                 text = f"must be an object that stops: {take.id!r} has a `motion` without end"
                 yield (*field, "id"), f"{text}. Take it at a waypoint `on` it"
             if take.link is None and robot.holds_workpiece:
-                text = f"must name the link that takes {take.id!r}, such as 'workpiece'"
-                yield (*field, "link"), f"{text}: the tool of {robot.id} stands in the cell"
+                yield (*field, "link"), _no_link(robot, take.id)
             if take.link is not None and take.link not in links:
                 yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
             for j, name in enumerate(take.touch_links):

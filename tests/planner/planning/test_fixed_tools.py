@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -122,15 +124,17 @@ def test_a_part_that_would_hit_the_grinder_is_refused() -> None:
 
 
 def test_the_arm_takes_its_part_with_the_link_of_the_workpiece() -> None:
-    """From there on the part moves with the arm; the fixed tool takes nothing."""
+    """From there on the part moves with the arm; the fixed tool takes and carries nothing."""
     plate = planner.SceneObject("plate", [planner.Box([0.2, 0.2, 0.06])], _at(CELL.part(np.array(HOME.position))))
     there = planner.JointWaypoint([*HOME.position[:5], -0.4])
     for link, q in (("workpiece", np.array(there.position)), (None, None)):
         taking = planner.JointWaypoint(HOME.position, attach=[planner.Attach("plate", link, ["link_6"])])
         problem = planner.PlanningProblem(CELL.robot, [taking, there], scene=planner.Scene([plate]))
         if q is None:
-            with pytest.raises(InvalidProblem, match="must name the link that takes 'plate', such as 'workpiece'"):
-                planner.plan(problem)
+            of_tool = planner.Scene(attached=[planner.AttachedObject("plate", plate.shapes)])
+            for each in (problem, replace(problem, waypoints=[HOME, there], scene=of_tool)):
+                with pytest.raises(InvalidProblem, match="must name the link that carries 'plate', such as 'workp"):
+                    planner.plan(each)
             continue
         done, where = [Handling(taking.attach), Handling()], np.array([HOME.position, q])
         (scene,) = segment_scenes(CELL.robot, planner.Scene([plate]), done, where)
