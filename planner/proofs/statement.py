@@ -79,7 +79,7 @@ def statement_of(plan: Plan, *, follows: bool) -> dict[str, Any]:
     conditions, of_pose = _kept_poses(plan, segments)
     claims += ["tool_pose"] if any(conditions) else []
     is_given = not any(robot.uncertain_payloads or robot.friction_tolerance is not None for robot in robots)
-    of_tube = {TORQUE_WITH_TOLERANCES.name} if follows and is_given else set()
+    of_tube = {TORQUE_WITH_TOLERANCES.name} if follows and is_given and not path.robot.positioner else set()
     not_covered = sorted(kept - set(LIMITED) - OF_WAYPOINTS - of_pose - of_tube)
     guides, of_paths = _guides(plan, met)
     not_covered += of_paths

@@ -128,3 +128,27 @@ def test_half_spaces_leave_the_clearance_out() -> None:
     proof = write_proof(plan_of("fixed tool", scene_of("fixed tool", floor)))
     assert "clearance" not in check_proof(proof)
     assert "clearance: a half space stands behind joints that move the workpiece" in proof["statement"]["not_covered"]
+
+
+def test_limits_of_the_tool_hold_within_following_errors_under_a_fixed_tool() -> None:
+    """A limit between the largest speeds of planned and of actual positions holds for planned ones only."""
+    cell, home = CELLS["fixed tool"], [0.0, 1.0, 0.0, 1.2, -1.3, 0.3]
+    robot = cell.robot.derived(limits={name: {"following_error": 2e-3} for name in cell.robot.joint_names})
+    speed = planner.Limits(tcp_linear_velocity=0.3)
+    made = planner.plan(planner.PlanningProblem(robot, [home, np.add(home, 0.1)], speed), planner.Trapezoidal())
+    q, v = made.trajectory.evaluate(np.linspace(0.0, made.trajectory.duration, 200), [0, 1])
+    errors = 2e-3 * np.random.default_rng(3).choice([-1.0, 0.0, 1.0], (10, *q.shape))
+    rows = [
+        np.linalg.norm([cell.rates(*state)[0] for state in zip(x, v, strict=True)], axis=1) for x in [q, *q + errors]
+    ]
+    proof = write_proof(made)
+    assert "tcp_linear_velocity" in check_proof(proof)
+    missing = {"torque_with_tolerances", "following errors: waypoints hold for planned positions"}
+    assert missing <= set(proof["statement"]["not_covered"])
+    proof["evidence"]["bounded"] = np.linspace(0.0, len(made.trajectory.lengths), 301).tolist()
+    assert not is_rejected(proof)
+    proof["statement"]["limits"]["tcp_linear_velocity"] = [float(rows[0].max() + np.max(rows)) / 2.0]
+    assert is_rejected(proof)
+    for each in proof["statement"]["robots"]:
+        each["following_errors"] = [0.0] * robot.dof
+    assert not is_rejected(proof)
