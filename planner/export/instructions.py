@@ -120,7 +120,8 @@ def instructions(
 
     Raises:
         UnsupportedFormat: The arm is another or of another maker, the trajectory begins or ends in motion, or an output
-            is set in motion. Or the plan suppresses residual vibration, or the tool is fixed.
+            is set in motion. Or the plan suppresses residual vibration, the tool is fixed, or objects of its scene
+            move.
     """
     _refuse_other_makers(plan, maker, language)
     if plan.path.robot.holds_workpiece and not has_fixed_tools:
@@ -128,10 +129,11 @@ def instructions(
             f"{language} instructions move tools that the arm holds; {plan.path.robot.id} holds the workpiece under a "
             "fixed tool. Choose a format that has the time of every point."
         )
-    if plan.rides:
+    scene = plan.problem.scene
+    if scene is not None and scene.moving:
         raise UnsupportedFormat(
             f"{language} instructions leave the time scaling to the controller, which does not know where "
-            f"{plan.rides[0].object!r} is. Choose a format that has the time of every point."
+            f"{scene.moving[0].id!r} is. Choose a format that has the time of every point."
         )
     mode = plan.problem.residual_vibration
     if mode is not None and mode.suppress:

@@ -124,10 +124,17 @@ def repeated(plan: Plan, options: ExportOptions, loop: Loop, lines: Iterable[str
     """Put the lines of a whole trajectory into the requested loop, indented.
 
     Raises:
-        UnsupportedFormat: The trajectory ends at another joint position or with another tool than it starts with.
+        UnsupportedFormat: The trajectory ends at another joint position or with another tool than it starts with, or
+            objects of its scene move.
     """
     if options.repeat == 1:
         return list(lines)
+    scene = plan.problem.scene
+    if scene is not None and scene.moving:
+        raise UnsupportedFormat(
+            f"{loop.language} repeats trajectories beside static objects: {scene.moving[0].id!r} is elsewhere when the "
+            "next run begins. Set `repeat` to 1."
+        )
     ends = plan.path.positions[[0, -1]]
     first, last = plan.problem.robots[0].tool_in_tip, plan.problem.robots[-1].tool_in_tip
     if np.abs(ends[1] - ends[0]).max() > AT_SAME_POSITION or not first.isApprox(last, AT_SAME_POSITION):

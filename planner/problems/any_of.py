@@ -162,7 +162,8 @@ def goal_set_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
                 if isinstance(waypoint, AnyOf) or not isinstance(waypoint, Waypoint):
                     yield field_path, f"must be a waypoint of another kind; got {type(waypoint).__name__}"
                 elif isinstance(waypoint, PoseWaypoint) and waypoint.on is not None:
-                    yield (*field_path, "on"), "must be left out in an option: the robot rides on one object"
+                    text = "must be left out in an option: goal sets and rides on moving objects exclude each other"
+                    yield (*field_path, "on"), text
                 elif waypoint.tool is not None:
                     yield (*field_path, "tool"), "must be None in an option. Set the tool at a waypoint before or after"
             if own and isinstance(own[0], RelativeWaypoint):

@@ -21,9 +21,12 @@ from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis, load_robot
+from planner.scene import ConstantVelocity, Scene, SceneObject
+from planner.shapes import Box
 from planner.spatial import Pose
 from tests.planner.problems_of_tests import problem_of
 
+FOR_PENDANTS = ("krl_kss5", "krl_kss8", "urscript_moves", "rapid_moves")
 NUMBER = r"-?\d+(?:\.\d+)?"
 PERIOD = 0.05
 ROBOT = replace(load_robot("kuka_kr16_l6_2"), source="")  # an arm of no known maker
@@ -117,6 +120,30 @@ def test_a_program_repeats_the_trajectory_alone(form: str, count: int) -> None:
 def test_a_program_repeats_only_a_closed_trajectory(form: str, solved_moves: Plan) -> None:
     with pytest.raises(UnsupportedFormat, match="repeats trajectories that end with the joint position of their start"):
         render(solved_moves, form, ExportOptions(PERIOD, repeat=2))
+
+
+@pytest.fixture(scope="module")
+def beside_a_belt() -> Plan:
+    """Plan a motion and its way back in a scene with a moving object."""
+    far, belt = Pose([9.0, 0.0, 0.0]), ConstantVelocity([0.0, 0.1, 0.0])
+    scene = Scene([SceneObject("part", [Box([0.1] * 3)], far, motion=belt)])
+    corners = [JointWaypoint(position) for position in (START, THIRD, START)]
+    return plan(PlanningProblem(ROBOT, corners, scene=scene), Cubic())
+
+
+@pytest.mark.parametrize("form", [form for form in FORMS if form not in FOR_PENDANTS])
+def test_a_program_repeats_no_trajectory_beside_moving_objects(form: str, beside_a_belt: Plan) -> None:
+    """The clearance is proved for the first run alone."""
+    assert render(beside_a_belt, form, ExportOptions(PERIOD))
+    with pytest.raises(UnsupportedFormat, match="'part' is elsewhere when the next run begins"):
+        render(beside_a_belt, form, ExportOptions(PERIOD, repeat=2))
+
+
+@pytest.mark.parametrize("form", FOR_PENDANTS)
+def test_instructions_refuse_plans_beside_moving_objects(form: str, beside_a_belt: Plan) -> None:
+    """The clearance is proved for the certified times alone, which the controller does not keep."""
+    with pytest.raises(UnsupportedFormat, match="does not know where 'part' is"):
+        render(beside_a_belt, form, ExportOptions(PERIOD))
 
 
 def angles(text: str) -> list[float]:
