@@ -10,7 +10,17 @@ from playwright.sync_api import sync_playwright
 
 from tests.api.conftest import running_service
 from tests.locations import ROOT
-from web.tests.browser import PHONE, TOO_SHORT, WELDING, choose_example, launched, opened, planned, use_request
+from web.tests.browser import (
+    PHONE,
+    TOO_SHORT,
+    WELDING,
+    choose_example,
+    click_example,
+    launched,
+    opened,
+    planned,
+    use_request,
+)
 
 FOLDER = ROOT / "docs/images/page"
 VIEW = {"width": 1360, "height": 850}
@@ -82,6 +92,13 @@ def main() -> None:
             page.get_by_label("Show where the tool can be").check()
             page.get_by_role("region", name="Workspace").get_by_role("table").wait_for()
             take("workspace", "where the tool can be")
+        with opened(browser, f"{service.url}/", viewport=VIEW) as page:
+            planned(page)
+            click_example(page, "cells/handover")
+            page.locator(".cell .row").nth(1).wait_for()
+            planned(page)
+            page.get_by_role("slider", name="Time").press("PageUp")
+            take("cell", "two robots that hand over a bar")
         with opened(browser, f"{service.url}/", viewport=PHONE) as page:
             planned(page)
             take("phone", "a phone")

@@ -22,6 +22,7 @@ from web.tests.browser import (
     TOO_SHORT,
     WELDING,
     choose_example,
+    click_example,
     drawn,
     leave_unanswered,
     opened,
@@ -129,6 +130,19 @@ def test_a_phone_shows_all_without_scrolling_sideways(browser: Browser, service:
         assert colours is not None
         assert nearest["y"] + nearest["height"] <= colours["y"]
         assert 0.0 <= nearest["x"] <= nearest["x"] + nearest["width"] <= PHONE["width"]
+
+
+def test_the_notes_of_the_stage_do_not_cover_each_other_in_german(browser: Browser, service: RunningService) -> None:
+    with opened(browser, f"{service.url}/", viewport={"width": 1360, "height": 850}) as page:
+        planned(page)
+        click_example(page, "cells/handover")
+        expect(page.locator(".nearest-note")).to_contain_text("nearest")
+        page.get_by_role("button", name="Deutsch").click()
+        expect(page.locator(".nearest-note")).to_contain_text("am nächsten")
+        nearest, colours = (page.locator(f".stage .{name}").bounding_box() for name in ("nearest-note", "colour-key"))
+        assert nearest is not None
+        assert colours is not None
+        assert nearest["y"] + nearest["height"] <= colours["y"] or colours["x"] + colours["width"] <= nearest["x"]
 
 
 EXTENTS = """() => ['#waypoints', '.middle', '.result'].map((selector) => {

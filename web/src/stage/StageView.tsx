@@ -98,9 +98,13 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
           {texts.stage.screenshot}
         </button>
       </div>
-      <NearestNote />
-      <ColourKey />
-      {dragging && <ReachNote reach={dragging.reach()} />}
+      <div class="stage-notes">
+        {dragging && <ReachNote reach={dragging.reach()} />}
+        <div class="stage-keys">
+          <ColourKey />
+          <NearestNote />
+        </div>
+      </div>
     </section>
   );
 }
