@@ -88,7 +88,7 @@ class OpenCoordinates:
     def _ends(self, side: int) -> FloatArray:
         axes = self.robot.limit("upper" if side else "lower")[: self.carried]
         region = [pair[side] for pair in self.region.ranges.values()]
-        ends = np.array([*axes, *region])
+        ends = np.array([*axes, *region], dtype=np.float64)
         ends[self.carried :][self.is_round[self.carried :]] = np.inf if side else -np.inf
         return ends
 

@@ -98,6 +98,17 @@ def test_finer_turns_cost_no_more_and_hardly_turn_the_wrist(arm: str, monkeypatc
         assert reached.rotation == pytest.approx(written.rotation @ rotation_z(float(value[0])), abs=1e-3)
 
 
+@pytest.mark.parametrize("turns", [(0, 0), (0, 1), (-1, 0)])
+def test_ranges_of_whole_numbers_are_ranges(turns: tuple[int, int]) -> None:
+    robot, home = load_robot("kuka_kr16_2"), np.array(HOMES["kuka_kr16_2"])
+    way = cheapest_values(
+        OpenCoordinates(robot, Region(rotation_z=turns)), line_from(robot, home, 0.2), home, [], "continuous"
+    )
+    assert way is not None
+    assert turns[0] <= way.values.min() <= way.values.max() <= turns[1]
+    assert way.values[[0, -1]] == pytest.approx(0.0)
+
+
 @pytest.mark.parametrize("kind", ["line", "arc", "spline"])
 @pytest.mark.parametrize("axes", ["rail", "table", "none"])
 def test_twists_of_offset_paths_are_differences_of_their_poses(kind: str, axes: str) -> None:
