@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.kinematics.options import Preference
-from planner.kinematics.screws import Screws, screws_of
+from planner.kinematics.screws import screws_of
 from planner.kinematics.turns import counted_velocity
 from planner.robots import Robot
 from planner.spatial import FloatArray
@@ -61,8 +61,8 @@ def tilts(robot: Robot, positions: FloatArray) -> FloatArray:
         positions: (N, joints), rad or m.
     """
     screws, count = screws_of(robot), len(robot.positioner)
-    axes = Screws(screws.axes[:count], screws.points[:count], screws.is_angle[:count], np.zeros(3), np.eye(3))
-    standing = axes.poses(positions[:, :count], np.zeros(3))[1]  # how the world turns, seen from the workpiece
+    # How the world turns, seen from the workpiece:
+    standing = screws.of_first(count).poses(positions[:, :count], np.zeros(3))[1]
     normals = -screws.poses(positions, np.zeros(3))[1] @ robot.tool_in_tip.rotation[:, 2]
     ups = standing @ -robot.model.gravity.linear
     angles: FloatArray = np.arctan2(np.linalg.norm(np.cross(normals, ups), axis=1), (normals * ups).sum(axis=1))

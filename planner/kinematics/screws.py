@@ -78,6 +78,10 @@ class Screws:
         points = np.where(self.is_angle[::-1, None], points - (points * axes).sum(axis=1, keepdims=True) * axes, 0.0)
         return Screws(axes, points, self.is_angle[::-1], -back @ self.position, back)
 
+    def of_first(self, count: int) -> Screws:
+        """Return so many of its first joints alone, with the base frame as their tip at position 0."""
+        return Screws(self.axes[:count], self.points[:count], self.is_angle[:count], np.zeros(3), np.eye(3))
+
     def without_first(self, count: int) -> Screws:
         """Return the same arm with so many of its first joints held at 0."""
         return Screws(self.axes[count:], self.points[count:], self.is_angle[count:], self.position, self.rotation)

@@ -21,11 +21,7 @@ from planner.robots.derived.changes import held_by_group, on_external_axes, with
 from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.derived.fixed_tools import with_fixed_tool
 from planner.robots.derived.own_limits import OwnLimits, checked_positions, checked_table, is_within, with_own_limits
-from planner.robots.derived.positioners import (
-    mounted_model,
-    refuse_positioner,
-    with_positioner,
-)
+from planner.robots.derived.positioners import mounted_model, refuse_positioner, with_positioner
 from planner.robots.description import RobotDescription
 from planner.robots.dh import Convention, DHJoint, DHModel, read_dh
 from planner.robots.findings import Findings

@@ -146,10 +146,12 @@ class OpenCoordinates:
                 None.
             room: (N,): the share of its range that each joint keeps off its limits.
         """
-        parts = [
-            self._some_states(first, positions, rotations, values, like, room)
-            for first in range(0, len(positions), MOST_SOLVED_TOGETHER)
-        ]
+        parts = []
+        for first in range(0, len(positions), MOST_SOLVED_TOGETHER):
+            some = slice(first, first + MOST_SOLVED_TOGETHER)
+            near = None if like is None else like[some]
+            rows, found = self._some_states(positions[some], rotations[some], values[some], near, room[some])
+            parts.append((rows + first, found))
         return States(*map(np.concatenate, zip(*parts, strict=True)))
 
     def seen(self, positions: FloatArray, rotations: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -163,17 +165,14 @@ class OpenCoordinates:
 
     def _some_states(
         self,
-        first: int,
         positions: FloatArray,
         rotations: FloatArray,
         values: FloatArray,
         like: FloatArray | None,
         room: FloatArray,
     ) -> States:
-        some = slice(first, first + MOST_SOLVED_TOGETHER)
-        values, room = values[some], room[some]
         axes, arm = values[:, : self.carried], self.arm
-        points, rotations = self.seen(positions[some], rotations[some], values)
+        points, rotations = self.seen(positions, rotations, values)
         tips = points - rotations @ arm.tool_in_tip.translation
         assert self.form is not None  # noqa: S101 - asked for before
         candidates = self.form(tips, rotations)
@@ -182,7 +181,7 @@ class OpenCoordinates:
         fewest, most = self.turns(found, room[rows])
         inside = (fewest <= most).all(axis=1)
         rows, found = rows[inside], found[inside]
-        towards = arm.middle if like is None else like[some][rows, self.carried :]
+        towards = arm.middle if like is None else like[rows, self.carried :]
         found = found + TURN * np.clip(np.round((towards - found) / TURN), fewest[inside], most[inside])
         if like is not None:
             sides, own = sides_of(arm, found), sides_of(arm, towards)
@@ -191,7 +190,7 @@ class OpenCoordinates:
         points, turns = screws_of(arm).poses(found, np.zeros(3))
         near = np.abs(points - tips[rows]).max(axis=1) <= CANDIDATE_MISS
         near &= np.abs(turns - rotations[rows]).max(axis=(1, 2)) <= CANDIDATE_MISS
-        return States(rows[near] + first, np.hstack([axes[rows[near]], found[near]]))
+        return States(rows[near], np.hstack([axes[rows[near]], found[near]]))
 
     def turns(self, positions: FloatArray, room: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the fewest and most whole turns that keep positions within the limits, and off these by `room` (N,).

@@ -32,8 +32,7 @@ class AxisFrame:
     @classmethod
     def of(cls, robot: Robot, screws: Screws, held: FloatArray) -> AxisFrame:
         """Return the frame of a robot's external axes, the arm that is left having them held at positions (axes,)."""
-        count = len(robot.external_axes)
-        axes = Screws(screws.axes[:count], screws.points[:count], screws.is_angle[:count], np.zeros(3), np.eye(3))
+        axes = screws.of_first(len(robot.external_axes))
         (position,), (rotation,) = axes.poses(held[None], np.zeros(3))
         return cls(axes, pin.SE3(rotation, position))
 

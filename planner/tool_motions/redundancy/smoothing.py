@@ -38,10 +38,8 @@ def smoothed(values: FloatArray) -> FloatArray:
     nodes = len(values)
     if nodes < 6:
         return values
-    from scipy.sparse import (
-        diags_array,
-        eye_array,
-    )  # loaded by the first such motion: importing the library stays quick
+    # Loaded by the first such motion: importing the library stays quick.
+    from scipy.sparse import diags_array, eye_array
     from scipy.sparse.linalg import splu
 
     rows = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(nodes - 3, nodes))
