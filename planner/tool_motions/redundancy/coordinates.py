@@ -60,12 +60,12 @@ class OpenCoordinates:
 
     @cached_property
     def lower(self) -> FloatArray:
-        """The lower ends (coordinates,), rad or m; of a whole turn, none."""
+        """The lower ends (coordinates,), rad or m; -inf for offsets that make a whole turn."""
         return self._ends(0)
 
     @cached_property
     def upper(self) -> FloatArray:
-        """The upper ends, likewise."""
+        """The upper ends (coordinates,), rad or m; inf for offsets that make a whole turn."""
         return self._ends(1)
 
     @cached_property
@@ -106,23 +106,25 @@ class OpenCoordinates:
         return self.is_angle & (spans >= TURN * (1.0 - ROUNDING))
 
     @cached_property
-    def held(self) -> FloatArray:
-        """The positions (axes,) at which the arm that is left has its external axes held."""
+    def fixed(self) -> FloatArray:
+        """The positions (axes,) of the external axes while the arm moves alone: 0, or the limits nearest to 0."""
         return np.clip(0.0, *(self.robot.limit(name)[: self.carried] for name in ("lower", "upper")))
 
     @cached_property
     def arm(self) -> Robot:
-        """The arm that is left with the external axes held."""
-        return with_locked(self.robot, dict(zip(self.robot.external_axes, self.held.tolist(), strict=True)), Findings())
+        """The arm alone, with the external axes fixed."""
+        return with_locked(
+            self.robot, dict(zip(self.robot.external_axes, self.fixed.tolist(), strict=True)), Findings()
+        )
 
     @cached_property
     def frame(self) -> AxisFrame | None:
         """The frame of the external axes; None: there are none."""
-        return AxisFrame.of(self.robot, screws_of(self.robot), self.held) if self.carried else None
+        return AxisFrame.of(self.robot, self.fixed) if self.carried else None
 
     @cached_property
     def form(self) -> ClosedForm | None:
-        """The closed form of the arm that is left; None: it has none."""
+        """The closed form of the arm alone; None: it has none."""
         if self.arm.dof != 6:
             return None
         nowhere = Target(screws_of(self.arm), np.zeros((1, 3)), np.eye(3)[None], np.zeros(3))
@@ -155,7 +157,7 @@ class OpenCoordinates:
         return States(*map(np.concatenate, zip(*parts, strict=True)))
 
     def seen(self, positions: FloatArray, rotations: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return tool positions (N, 3) and tip rotations (N, 3, 3) for the arm with held axes."""
+        """Return tool positions (N, 3) and tip rotations (N, 3, 3) for the arm with fixed axes."""
         if self.region.ranges:
             positions, rotations = poses_in_region(self.region, values[:, self.carried :], positions, rotations)
         if self.frame is not None:

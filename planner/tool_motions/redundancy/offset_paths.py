@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from planner.kinematics.screws import Screws
+from planner.kinematics.screws import Screws, screws_of
 from planner.problems.regions import Region
 from planner.robots import Robot
 from planner.spatial import FloatArray, Pose, rotations_from_vectors
@@ -23,30 +23,30 @@ class AxisFrame:
 
     Attributes:
         screws: The axes, with the base frame as their tip at position 0.
-        home: Where an arm has this frame whose axes are held at some positions.
+        home: The placement of this frame while the axes are fixed.
     """
 
     screws: Screws
     home: pin.SE3
 
     @classmethod
-    def of(cls, robot: Robot, screws: Screws, held: FloatArray) -> AxisFrame:
-        """Return the frame of a robot's external axes, the arm that is left having them held at positions (axes,)."""
-        axes = screws.of_first(len(robot.external_axes))
-        (position,), (rotation,) = axes.poses(held[None], np.zeros(3))
+    def of(cls, robot: Robot, fixed: FloatArray) -> AxisFrame:
+        """Return the frame of a robot's external axes, whose arm alone has them fixed at positions (axes,)."""
+        axes = screws_of(robot).of_first(len(robot.external_axes))
+        (position,), (rotation,) = axes.poses(fixed[None], np.zeros(3))
         return cls(axes, pin.SE3(rotation, position))
 
     def seen(
         self, axes: FloatArray, positions: FloatArray, rotations: FloatArray | None
     ) -> tuple[FloatArray, FloatArray | None]:
-        """Return the poses for the arm with held axes, given poses with the axes at positions (N, axes)."""
+        """Return the poses for the arm with fixed axes, given poses with the axes at positions (N, axes)."""
         origins, frames = self.screws.poses(axes, np.zeros(3))
         turns = self.home.rotation @ frames.transpose(0, 2, 1)
         moved = self.home.translation + (turns @ (positions - origins)[..., None])[..., 0]
         return moved, None if rotations is None else turns @ rotations
 
     def seen_twists(self, axes: FloatArray, rates: FloatArray, positions: FloatArray, twists: FloatArray) -> FloatArray:
-        """Return the twists (N, 6) for the arm with held axes, given twists at positions (N, 3)."""
+        """Return the twists (N, 6) for the arm with fixed axes, given twists at positions (N, 3)."""
         origins, frames, J = self.screws.reach(axes, np.zeros(3))
         own = (J @ rates[..., None])[..., 0]
         turns = self.home.rotation @ frames.transpose(0, 2, 1)
@@ -110,7 +110,7 @@ class OffsetPath:
         return self.frame.seen(self.axes.evaluate(u, [0])[0], positions, rotations)
 
     def twists(self, u: FloatArray) -> FloatArray:
-        """Return the linear over the angular velocities (N, 6) by u, in the axes of the (held) base."""
+        """Return linear over angular velocities (N, 6) by u, in the base frame of the arm alone."""
         (positions, rotations), twists = poses_at(self.path, u), twists_at(self.path, u)
         if self.region.ranges:
             values, rates = self.offsets.evaluate(u, [0, 1])

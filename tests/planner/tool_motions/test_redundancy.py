@@ -137,7 +137,7 @@ def test_twists_of_offset_paths_are_differences_of_their_poses(kind: str, axes: 
         linear = (after.position - before.position) / 2e-5
         angular = here.rotation @ pin.log3(before.rotation.T @ after.rotation) / 2e-5
         assert path.twist(u) == pytest.approx(np.concatenate([linear, angular]), abs=1e-5)
-        # The whole robot reaches the offset pose where its arm reaches this one with held axes.
+        # The whole robot reaches the offset pose where its arm reaches this one with fixed axes.
         offset = region.pose(paths[kind].pose(u), parts[1].evaluate(np.array([u]), [0])[0][0])
         own = np.array([0.3, -1.2, 1.4, 0.2, 0.6, 0.1])
         moved = np.append(parts[0].evaluate(np.array([u]), [0])[0][0], own)
