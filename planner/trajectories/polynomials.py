@@ -12,6 +12,7 @@ import numpy as np
 
 from planner.kernels.polynomials import shift
 from planner.spatial import FloatArray
+from planner.tolerances import ROUNDING
 
 P = TypeVar("P", bound="PiecewisePolynomial")
 """A piecewise polynomial of any kind."""
@@ -103,9 +104,13 @@ class PiecewisePolynomial:
         return replace(self, lengths=np.concatenate([curve.lengths for curve in curves]), coefficients=coefficients)
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
-        """Return the part of the curve from `start` to `end`."""
+        """Return the part of the curve from `start` to `end`, without pieces at its ends that are due to rounding."""
+        shortest = ROUNDING * self.breakpoints[-1]
         (first, last), (low, _) = self.locate(np.array([start, end]))
-        last = last if end > self.breakpoints[last] else last - 1
+        if first < last and self.breakpoints[first + 1] - start <= shortest:
+            first, low = first + 1, start - self.breakpoints[first + 1]
+        if last > first and end - self.breakpoints[last] <= shortest:
+            last -= 1
         lengths, coefficients = self.lengths[first : last + 1].copy(), self.coefficients[first : last + 1].copy()
         lengths[-1] = end - self.breakpoints[last]
         coefficients[0] = shifted(coefficients[0], float(low))

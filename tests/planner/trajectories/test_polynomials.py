@@ -138,6 +138,17 @@ def test_a_part_of_a_curve_begins_at_zero(curve: SegmentedPolynomial, data: st.D
     assert_same(part.evaluate(at, [0])[0], in_scipy(curve)(start + at), 128.0, rounding_of(curve))
 
 
+def test_a_part_has_no_pieces_that_are_due_to_rounding() -> None:
+    """The bounds of a certificate divided by lengths of 0 and did not end."""
+    curve = PiecewisePolynomial(np.array([0.3, 0.5, 0.2]), np.random.default_rng(4).normal(size=(3, 2, 4)))
+    begin, end = curve.breakpoints[1:3]
+    for start, stop in ((begin, end), (np.nextafter(begin, 0.0), np.nextafter(end, 1.0))):
+        part = curve.between(float(start), float(stop))
+        assert len(part.lengths) == 1
+        assert part.lengths.sum() == pytest.approx(stop - start, rel=1e-14)
+        np.testing.assert_allclose(part.coefficients, curve.coefficients[1:2], atol=1e-12)
+
+
 @given(curve=curves, data=st.data())
 def test_the_parts_of_a_curve_are_the_whole_when_joined(curve: SegmentedPolynomial, data: st.DataObject) -> None:
     inner = data.draw(st.sampled_from(inside(curve, 1).tolist()))
