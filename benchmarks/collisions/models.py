@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import distribution
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 import coal
@@ -13,10 +13,11 @@ import pinocchio as pin
 from benchmarks.plain_urdf import origin, plain_urdf
 from planner.robots.collision.estimates import Outline
 from planner.robots.collision.mesh_files import MeshReference
+from planner.robots.collision.pairs import shapes_of_links
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from planner.robots import Robot
@@ -48,12 +49,10 @@ class Contacts:
             self._geometry.addGeometryObject(pin.GeometryObject(f"{link} {len(links)}", joint, placement, shape))
             links.append(link)
         moving = [number for number, shape in enumerate(self._geometry.geometryObjects) if shape.parentJoint]
-        checked = checked_pairs(robot)
         count = len(links)
         pairs = np.zeros((count, count), dtype=bool)
-        for first in range(count):
-            for second in range(first + 1, count):
-                pairs[first, second] = frozenset((links[first], links[second])) in checked
+        for first, second in _checked_meshes(robot, links) if true_meshes else _checked_pieces(robot):
+            pairs[min(first, second), max(first, second)] = True
         for number, (name, shape, position) in enumerate(things_of(scene)):
             placement = pin.SE3(np.eye(3), position)
             self._geometry.addGeometryObject(pin.GeometryObject(f"{name} {number}", 0, placement, shape.geometry))
@@ -86,6 +85,21 @@ def checked_pairs(robot: Robot) -> set[frozenset[str]]:
         for pair in robot.collision_pairs
         if pair.reason is None and not pair.always_touching
     }
+
+
+def _checked_pieces(robot: Robot) -> Iterator[tuple[int, int]]:
+    """Yield the numbers of the pieces that this library checks against each other."""
+    of_link = shapes_of_links(robot.collision_shapes)
+    for pair in robot.collision_pairs:
+        yield from pair.checked_shapes(of_link)
+
+
+def _checked_meshes(robot: Robot, links: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """Yield the numbers of the meshes that are checked against each other, by the links of all."""
+    checked = checked_pairs(robot)
+    for both in combinations(range(len(links)), 2):
+        if frozenset(links[number] for number in both) in checked:
+            yield both
 
 
 def things_of(scene: Scene) -> Iterator[tuple[str, Box | Cylinder, FloatArray]]:
