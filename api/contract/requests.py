@@ -63,9 +63,8 @@ Preference = TypeAliasType(
             "poses and follows motions alone where it can. `weld_flat`: the solution for which a positioner holds the "
             "workpiece flat: its normal, opposite to the tool's z axis, points up as nearly as possible. So it does "
             "along motions of the tool to poses without `external` positions. It needs a robot with a positioner. "
-            "A motion of the tool starts at the solution of the waypoint "
-            "before it. The planner takes another solution there only where the motion fails. A free motion ends at any "
-            "solution to which a path is found."
+            "A motion of the tool starts at the solution of the waypoint before it. The planner takes another solution "
+            "there only where the motion fails. A free motion ends at any solution to which a path is found."
         ),
     ],
 )
