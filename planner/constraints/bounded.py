@@ -103,10 +103,10 @@ def bound_by_robot(
             MOST_BOUND_PARTS + MOST_INTERVALS_OF_PIECE * len(lengths),
         ]
     )
-    robots = dynamics.indices_on(segments)
+    robots, takes_time = dynamics.indices_on(segments), lengths > 0.0
     peaks = BoundedPeaks.nothing(int(columns.quantities.max()) + 1)
-    for index in np.unique(robots).tolist():
-        rows = np.flatnonzero(robots == index)
+    for index in np.unique(robots[takes_time]).tolist():
+        rows = np.flatnonzero(takes_time & (robots == index))  # a piece of no length has no rates
         of_robot = columns._replace(middle=columns.middle[rows], half=columns.half[rows])
         pieces = Motion(lengths[rows], derivatives.coefficients[0][rows], derivatives.bernstein[0][rows])
         own = None if paths is None else paths._replace(of_piece=paths.of_piece[rows])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +12,8 @@ from hypothesis import strategies as st
 from planner.backends import QUANTITIES, Guarantee
 from planner.certificate.limits import certificate_of
 from planner.limits import Limits, segment_limits
+from planner.planning import plan
+from planner.problems.problem import PlanningProblem
 from planner.robots import load_robot
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.trajectories.polynomials import PiecewisePolynomial, cumulative_sums
@@ -134,3 +138,20 @@ def test_a_jump_of_velocity_breaks_an_enforced_acceleration_limit_whatever_the_p
     acceleration = next(check for check in certificate.checks if check.quantity == "acceleration")
     assert (acceleration.peak, acceleration.bounded, acceleration.ratio) == (0.0, False, None)
     assert not certificate.satisfied
+
+
+def test_a_piece_of_no_length_changes_no_peak() -> None:
+    """The bounds divided by its length, and did not end."""
+    robot = load_robot("ur5e")
+    whole = plan(PlanningProblem(robot, [[0.0, -1.0, 1.0, 0.0, 0.0, 0.0], [0.5, -1.2, 1.0, 0.0, 0.4, 0.0]])).trajectory
+    halves = whole.split(np.full(len(whole.lengths), 2))
+    row = len(halves.lengths) // 2
+    inserted = replace(
+        halves,
+        lengths=np.insert(halves.lengths, row, 0.0),
+        coefficients=np.insert(halves.coefficients, row, halves.coefficients[row], axis=0),
+        segments=np.insert(halves.segments, row, 0),
+    )
+    ends, limits = whole.evaluate(whole.breakpoints[[0, -1]], [0])[0], segment_limits(robot, Limits(), (None,))
+    expected, found = (certificate_of(motion, robot, limits, HARD, ends) for motion in (halves, inserted))
+    assert [own.peak for own in found.checks] == pytest.approx([own.peak for own in expected.checks], rel=1e-12)
