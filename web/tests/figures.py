@@ -137,7 +137,7 @@ def section(browser: Browser, url: str) -> str:
         ("first view (first contentful paint)", f"{loaded['paint']:.0f} ms"),
         ("largest contentful paint", f"{loaded['lcp']:.0f} ms"),
         ("the first plan is shown", f"{loaded['planned']:.0f} ms"),
-        (f"total blocking time (of tasks, what is over {BLOCKING:g} ms)", f"{loaded['blocked']:.0f} ms"),
+        (f"total blocking time (the part of each task above {BLOCKING:g} ms)", f"{loaded['blocked']:.0f} ms"),
         ("cumulative layout shift", f"{loaded['shift']:.3f}"),
         (
             "requests, bytes on the wire until the plan is shown",
