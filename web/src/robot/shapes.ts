@@ -4,7 +4,6 @@ import type { LinkShape, Robot } from '../service/types';
 import { quaternionOfRpy } from '../request/rotations';
 import type { Vector } from '../request/rotations';
 import { matrixOf } from './chain';
-import type { VisualShape } from './visuals';
 
 export type Form =
   | { kind: 'box'; size: Vector }
@@ -21,6 +20,9 @@ export interface Shape {
   form: Form;
   colour?: readonly [number, number, number, number]; // red, green, blue (linear) and opacity, from 0 to 1
 }
+
+// The visual mesh of a link, with the link's name.
+export type VisualShape = Shape & { link: string };
 
 const ONE = new Vector3(1, 1, 1);
 const THICKNESS = 0.045; // of a stick, as a share of the arm's length

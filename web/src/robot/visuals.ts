@@ -2,7 +2,7 @@
 import { Matrix4, Quaternion, Vector3 } from 'three';
 import type { Robot } from '../service/types';
 import { matrixOf } from './chain';
-import type { Shape } from './shapes';
+import type { VisualShape } from './shapes';
 
 const MAGIC = 0x46546c67; // glTF
 const HEADER = 12; // bytes
@@ -23,9 +23,6 @@ interface Gltf {
   accessors?: { bufferView: number; count: number }[];
   bufferViews?: { byteOffset: number; byteLength: number }[];
 }
-
-// A shape with the name of its link.
-export type VisualShape = Shape & { link: string };
 
 // The links are those of the robot, wherever its joints are: a derived robot has the meshes of the other one.
 export function visualShapes(robot: Robot, file: ArrayBuffer): VisualShape[] {
