@@ -136,8 +136,8 @@ def test_the_notes_of_the_stage_do_not_cover_each_other_in_german(browser: Brows
     with opened(browser, f"{service.url}/", viewport={"width": 1360, "height": 850}) as page:
         planned(page)
         click_example(page, "cells/handover")
-        expect(page.locator(".nearest-note")).to_contain_text("nearest")
-        page.get_by_role("button", name="Deutsch").click()
+        expect(page.get_by_role("heading", name="Robots of the cell")).to_be_visible()
+        page.get_by_role("button", name="Deutsch").click()  # at once, and so before the example is in the address
         expect(page.locator(".nearest-note")).to_contain_text("am nächsten")
         nearest, colours = (page.locator(f".stage .{name}").bounding_box() for name in ("nearest-note", "colour-key"))
         assert nearest is not None

@@ -6,7 +6,7 @@ import { apiKey, useKey } from '../service/client';
 import { chooseBackend, chooseExample, chooseRobot, redo, settle, undo } from '../state/actions';
 import { openTaskExample } from '../state/ordering';
 import { planNow } from '../state/planning';
-import { linkToShown } from '../state/start';
+import { linkToShown, writeAddress } from '../state/start';
 import { say, showBanner } from '../state/messages';
 import { backends, history, notice, planning, problem, request, robot, robots } from '../state/store';
 import { switchTheme } from '../state/theme';
@@ -82,7 +82,7 @@ export function Header() {
       <button type="button" aria-label={texts.header.theme} title={texts.header.theme} onClick={switchTheme}>
         ◐
       </button>
-      <button type="button" lang={language === 'de' ? 'en' : 'de'} onClick={switchLanguage}>
+      <button type="button" lang={language === 'de' ? 'en' : 'de'} onClick={() => void writeAddress().then(switchLanguage)}>
         {texts.header.language}
       </button>
       <a href="docs">{texts.header.docs}</a>

@@ -29,7 +29,7 @@ export async function start(): Promise<void> {
     if (hash !== written) void showAddress(hash);
   });
   effect(() => {
-    if (request.value && time.value >= 0 && !playing.value) void writeAddress();
+    if (request.value && time.value >= 0 && !playing.value) void writeAddressSoon();
   });
   if (!(await showAddress(location.hash))) await chooseExample(EXAMPLES.find(({ name }) => name === FIRST_EXAMPLE)!);
 }
@@ -62,11 +62,14 @@ export async function linkToShown(): Promise<string> {
   return shown ? new URL(await toFragment({ request: shown, time: time.peek() }), location.href).href : location.href;
 }
 
-async function writeAddress(): Promise<void> {
+async function writeAddressSoon(): Promise<void> {
   clearTimeout(timer);
   await new Promise((resolve) => (timer = setTimeout(resolve, 400)));
-  const shown = request.peek();
-  if (!shown || playing.peek()) return;
+  if (request.peek() && !playing.peek()) await writeAddress();
+}
+
+// From now on the address holds what is shown, unless that is too long.
+export async function writeAddress(): Promise<void> {
   const link = await linkToShown();
   if (link.length > LONGEST_LINK) return;
   written = new URL(link).hash;
