@@ -64,7 +64,7 @@ Preference = TypeAliasType(
             "workpiece flat: its normal, opposite to the tool's z axis, points up as nearly as possible. So it does "
             "along motions of the tool to poses without `external` positions. It needs a robot with a positioner. "
             "A motion of the tool starts at the solution of the waypoint before it. The planner takes another solution "
-            "there only where the motion fails. A free motion ends at any solution to which a path is found."
+            "there only where the motion fails. A free motion ends at another solution if no path is found."
         ),
     ],
 )

@@ -55,6 +55,9 @@ A motion is checked at ten joint positions per radian, and a million radians wou
 MOST_REGION_GOALS = 12
 """Largest number of end positions of a free motion in a tolerance region, besides the chosen pose."""
 
+SHARE_OF_PREFERRED = 0.25
+"""Share of the checked motions of a search to the preferred solution of a pose alone, before all others count."""
+
 GOALS_APART = 0.4
 """Smallest distance between these joint positions, rad or m."""
 
@@ -184,21 +187,18 @@ def find_detour(problem: PlanningProblem, before: Sequence[Detour], index: int) 
     most = motion.most_checks if isinstance(motion, FreeMotion) else 0
     robots, options = problem.robots[index - 1 : index + 1], problem.inverse_kinematics
     kept = kept_poses(problem, index)
-    lines = partial(find_path_with_straight_ends, robots, checker, start, goals, options, most)
-    detour = find_free_path(
-        problem.robot,
-        checker,
-        start,
-        goals,
-        most_checks=most,
-        seed=options.seed,
-        in_narrow=None if kept else lines,
-        kept=kept,
-        roadmap=problem.roadmap,
+    search = partial(
+        find_free_path, problem.robot, checker, start, seed=options.seed, kept=kept, roadmap=problem.roadmap
     )
-    if detour.status != "found":
-        raise _refusal(problem, checker, index, detour, start, goals)
-    return Detour(index, detour.positions, LADDER[0 if len(detour.positions) > 2 else -1], lead)
+    searches = [(goals, most)]
+    if options.prefer != "continuous" and len(goals) > 1:
+        searches.insert(0, (goals[:1], int(SHARE_OF_PREFERRED * most)))
+    for own, checks in searches:
+        lines = partial(find_path_with_straight_ends, robots, checker, start, own, options, checks)
+        found = search(own, most_checks=checks, in_narrow=None if kept else lines)
+        if found.status == "found":
+            return Detour(index, found.positions, LADDER[0 if len(found.positions) > 2 else -1], lead)
+    raise _refusal(problem, checker, index, found, start, goals)
 
 
 class EndsOfDetour(NamedTuple):

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import planner
 from planner.free_motion.detours import MOST_REGION_GOALS, apart, ends_of_detour, find_detours
+from planner.kinematics.options import Preference
 from planner.problems.regions import Free, Region
 from planner.robots import load_robot
 from planner.scene import AttachedObject, Scene, SceneObject
-from planner.shapes import Box
-from planner.spatial import Pose, rotation_from_rpy, rotation_z
+from planner.shapes import Box, Sphere
+from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
 from tests.planner.free_motion.cases import robot
 from tests.planner.scene.brute_force import least_distance, point_distance
 
@@ -151,3 +153,24 @@ def test_without_a_region_the_enclosed_pose_is_refused() -> None:
     """The test before therefore shows the effect of the region."""
     with pytest.raises(planner.NoPathFound):
         planner.plan(bar_between_caps(None, AFTER["line"]), "quintic", budget=planner.Budget(attempts=1))
+
+
+@pytest.mark.parametrize("prefer", ["manipulability", "far_from_limits"])
+def test_a_free_motion_ends_at_the_preferred_solution_if_a_path_leads_there(prefer: Preference) -> None:
+    """In the open, it ends where a joint motion ends; behind walls around that solution, at another one."""
+    arm, aside = load_robot("ur5e"), SceneObject("aside", [Box([0.1, 0.1, 0.1])], Pose([2.0, 2.0, 0.5]))
+    start, end = np.random.default_rng(0).uniform(-1.5, 1.5, (2, 6))
+    pose = planner.forward_kinematics(arm, end)
+    options = planner.InverseKinematicsOptions(prefer=prefer)
+
+    def end_of(motion: planner.JointMotion | planner.FreeMotion, thing: SceneObject) -> FloatArray:
+        waypoints = [planner.JointWaypoint(start.tolist()), planner.PoseWaypoint(pose, motion=motion)]
+        problem = planner.PlanningProblem(arm, waypoints, scene=Scene([thing]), inverse_kinematics=options)
+        return planner.plan(problem).path.positions[-1]
+
+    preferred = end_of(planner.JointMotion(), aside)
+    np.testing.assert_array_equal(end_of(planner.FreeMotion(), aside), preferred)
+    elbow = arm.model.createData()
+    pin.forwardKinematics(arm.model, elbow, preferred)
+    ball = SceneObject("ball", [Sphere(0.05)], Pose(elbow.oMi[3].translation))
+    assert np.abs(end_of(planner.FreeMotion(most_checks=4000), ball) - preferred).max() > 0.1
