@@ -61,31 +61,17 @@ def follow_by_choice(
     if missing > len(names):
         return
     if missing:
-        robot = with_region_joints(robot, {name: region.ranges[name] for name in names[-missing:]})
-        region = Region(**{name: region.ranges[name] for name in names[:-missing]})
-        start, ends = np.append(start, np.zeros(missing)), [np.append(end, np.zeros(missing)) for end in ends]
-    for curve in _followed_ways(robot, path, region, start, ends, prefer, follow):
-        if not missing:
-            yield curve
-        elif first_beyond(robot, curve) is None:
+        longer = with_region_joints(robot, {name: region.ranges[name] for name in names[-missing:]})
+        left = Region(**{name: region.ranges[name] for name in names[:-missing]})
+        first, *last = (np.append(position, np.zeros(missing)) for position in (start, *ends))
+        for curve in follow_by_choice(longer, path, left, first, last, prefer, follow):
             (end,) = curve.evaluate(curve.breakpoints[-1:], [0])[0]
-            if np.abs(end[joints:]).max() <= SAME_CONFIGURATION:
+            if first_beyond(longer, curve) is None and np.abs(end[joints:]).max() <= SAME_CONFIGURATION:
                 yield PiecewisePolynomial(curve.lengths, curve.coefficients[:, :joints])
-
-
-def _followed_ways(
-    robot: Robot,
-    path: PosePath,
-    region: Region,
-    start: FloatArray,
-    ends: list[FloatArray],
-    prefer: Preference,
-    follow: Follow,
-) -> Iterator[PiecewisePolynomial]:
-    """Yield the curves of all joints, see `follow_by_choice`."""
-    if not region.ranges and not robot.external_axes:  # the joints alone say where in the region the tool is
-        curve = follow(robot, path, start, ends[0] if ends else None)
-        yield from [] if isinstance(curve, Lost) else [curve]
+        return
+    if not names and not robot.external_axes:  # the joints alone say where in the region the tool is
+        curve_alone = follow(robot, path, start, ends[0] if ends else None)
+        yield from [] if isinstance(curve_alone, Lost) else [curve_alone]
         return
     opened = (OpenCoordinates(robot, one) for one in dict.fromkeys([Region(), region]))
     found = (
